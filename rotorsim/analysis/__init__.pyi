@@ -13,6 +13,7 @@ from .campbell import (
     safe_region as safe_region,
 )
 from .citations import cite as cite
+from .design_review import DesignReview as DesignReview, design_review as design_review
 from .operating_map import (
     OperatingPoint as OperatingPoint,
     map_machine as map_machine,
@@ -28,4 +29,5 @@ from .shaft_motion import (
 from .supply import lift_off as lift_off, load_capacity as load_capacity
 from .sweep import SweepResult as SweepResult, sweep as sweep
 from .targets import read_targets as read_targets
+from .tolerances import RandomResult as RandomResult, random_machines as random_machines
 from .whirl_onset import whirl_onset as whirl_onset

@@ -11,7 +11,7 @@ import logging
 import time
 import warnings
 from asyncio import CancelledError
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError as Cancelled, Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -22,6 +22,7 @@ from typing import Any, Protocol
 from dask.system import CPU_COUNT
 
 from rotorsim.base.errors import RotorsimError
+from rotorsim.base.processes import spread
 from rotorsim.campaign.store import mismatch, parts_folder, versions
 from rotorsim.campaign.worker import end_run, run_orders
 
@@ -291,6 +292,21 @@ class ClusterWorkers:
             return "case: the worker died several times while it ran; give workers more memory"
         return f"worker: {type(error).__name__}: {(str(error).splitlines() or [''])[0][:150]}"
 
+    def spread(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, Any]]:
+        """(number, result) of calls of a module's function, in the order of completion.
+
+        Raises ClusterError for workers of other versions or a lost scheduler.
+        """
+        from distributed import as_completed
+
+        for address, found in self._ask(versions):
+            if wrong := mismatch(versions(), found):
+                raise ClusterError(f"worker {address}: other versions ({wrong}); install the same everywhere")
+        with connected():
+            numbers = {self._client.submit(function, *one, pure=False): k for k, one in enumerate(calls)}
+            for future in as_completed(numbers):
+                yield numbers[future], future.result()
+
     def free(self, run: str) -> None:
         """End the cases of a run that workers still compute."""
         with suppress(Exception):
@@ -330,6 +346,19 @@ def cluster(address: str, tls: Tls | None) -> Iterator[ClusterWorkers]:
         finally:
             with suppress(Exception):
                 client.close(timeout=CONNECT)
+
+
+@contextmanager
+def spread_on(address: str | None, tls: Tls | None, workers: int | None) -> Iterator[Callable[..., Any]]:
+    """`rotorsim.base.processes.spread` on the workers of a scheduler, or on processes here, one for each core.
+
+    Raises ClusterError where the scheduler cannot be reached.
+    """
+    if address is None:
+        yield lambda function, calls: spread(function, calls, workers or CPU_COUNT)
+        return
+    with cluster(address, tls) as found:
+        yield found.spread
 
 
 def _silence() -> None:

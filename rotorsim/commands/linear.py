@@ -29,9 +29,6 @@ if TYPE_CHECKING:
 Speeds = Annotated[
     str | None, typer.Option("--speeds", help="Speeds: FROM:TO:COUNT, or values with commas.", show_default=options.TOP)
 ]
-SUPPLY = "0.5 MPa"
-Pressure = Annotated[str | None, typer.Option(help="Gauge supply pressure.", show_default=f"{SUPPLY}, {options.FED}")]
-"""Option that is None where it is not given: a pressure given for a machine without feed is noted."""
 MOST = 100
 """Modes of a Campbell diagram."""
 STEPS = {"response": 80, "campbell": 40}
@@ -46,7 +43,7 @@ STEPS = {"response": 80, "campbell": 40}
 def response(
     machine: options.GivenMachine,
     speeds: Speeds = None,
-    pressure: Pressure = None,
+    pressure: options.Pressure = None,
     unbalance: Annotated[
         str | None, typer.Option(help="Mass times eccentricity, e.g. '10 g*mm'; default that of the machine.")
     ] = None,
@@ -95,7 +92,7 @@ def response(
 def campbell(
     machine: options.GivenMachine,
     speeds: Speeds = None,
-    pressure: Pressure = None,
+    pressure: options.Pressure = None,
     modes: Annotated[int, typer.Option(help="Modes that are shown, the lowest of the region.", min=1, max=MOST)] = 8,
     critical_map: Annotated[
         bool, typer.Option("--critical-map", help="Undamped critical speeds over the bearings' stiffness too.")
@@ -141,7 +138,7 @@ def _operating_line(
     from rotorsim.analysis.axes import read_axis
 
     given = None if speeds is None else read_axis("speeds", speeds, "rad/s")
-    supply = options.quantity("pressure", pressure or SUPPLY, "Pa")
+    supply = options.quantity("pressure", pressure or options.SUPPLY, "Pa")
     plant = settings.plant(machine)
     from rotorsim.analysis.campbell import default_speeds
 
@@ -255,7 +252,7 @@ def _text(peak: dict[str, Any] | None) -> str:
 def modes(
     machine: options.MachineName = "dtu_gas_bearing",
     speed: Annotated[str, typer.Option(help="Speed of the shaft.")] = "6000 rpm",
-    pressure: Pressure = None,
+    pressure: options.Pressure = None,
     count: Annotated[int, typer.Option(help="Modes to draw, the lowest first.", min=1)] = 4,
     *,
     settings: options.GridOptions,
@@ -273,7 +270,7 @@ def modes(
     as_json: Annotated[bool, typer.Option("--json", help="Print the modes as JSON.")] = False,
 ) -> None:
     """Draw the modes of rotor and film at one operating point."""
-    at = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or SUPPLY, "Pa")
+    at = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or options.SUPPLY, "Pa")
     plant = settings.plant(machine)
     options.note_unfed(plant.machine, bool(pressure and at[1]))
     from rotorsim.analysis.shaft_motion import mode_shapes

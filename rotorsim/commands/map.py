@@ -17,6 +17,7 @@ import typer
 from rich.table import Table
 
 from rotorsim.base.display import bar
+from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM, TO_UM, show
 from rotorsim.commands import options
 from rotorsim.commands.campaign import RunOptions
@@ -272,7 +273,58 @@ def _number(value: float, looked: Any) -> str:
     return "none" if looked else "not known"
 
 
-REPORT, CAMPAIGN, SUPPLY = "report.html", "campaign", "0.5 MPa"
+REPORT, CAMPAIGN, WHAT = "report.html", "campaign", "lift_off,onset,flow"
+
+
+@dataclass(frozen=True)
+class RandomOptions:
+    """Options about machines that are random within their tolerances."""
+
+    random: Annotated[int | None, typer.Option(min=2, help="Random machines, instead of the axes of --over.")] = None
+    vary: Annotated[
+        list[str] | None, typer.Option(help="Values with tolerances: 'PATH=18 um +- 2 um, PATH=+- 10 % normal'.")
+    ] = None
+    require: Annotated[
+        list[str] | None, typer.Option(help="Limit whose misses are counted: 'onset > 30000 rpm'; may be repeated.")
+    ] = None
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the Latin hypercube.")] = 0
+
+    def check(self, over: bool) -> None:
+        """Raise DataError for options that do not go together."""
+        if self.random is None and (self.vary or self.require):
+            raise DataError("--vary: is for random machines; add --random 500")
+        if self.random is not None and (over or not self.vary):
+            raise DataError("--random: takes --vary and no --over; write e.g. --vary 'bearings.*.clearance=+- 10 %'")
+
+
+def random_sweep(
+    plant: Plant, given: RandomOptions, what: str | None, at: tuple[float, float, float | None], run: RunOptions,
+    result: options.ResultOptions,
+) -> None:  # fmt: skip
+    """Run random machines; write and print their distributions."""
+    from rotorsim.analysis.tolerances import DEFAULT, NETCDF, TABLE, random_machines
+    from rotorsim.campaign.scheduler import spread_on
+
+    chosen = run.settings()
+    names = what or ",".join(name for name in DEFAULT if name != "flow" or plant.machine.fed)
+    workers = spread_on(chosen.scheduler, chosen.tls, chosen.workers)
+    with result.folder("sweep", NETCDF, TABLE) as folder, workers as each:
+        options.note_compiling(plant.assembly, "settle")
+        with bar(text="machines", show=not run.as_json) as update:
+            found = random_machines(
+                plant, given.vary or (), given.random or 0, names, given.require or (), *at, given.seed, each=each,
+                progress=update and (lambda done, total: update(completed=done, total=total)),
+            )  # fmt: skip
+        for kind, path in found.write(folder.path).items():
+            folder.files[kind] = path
+        if result.report:
+            folder.write_page_of(found)
+    if run.as_json:
+        options.print_json(found.numbers() | {"files": folder.files})
+        return
+    from rotorsim.report.random import random_rows
+
+    options.print_table(random_rows(found), folder.files)
 
 
 @command(
@@ -289,16 +341,17 @@ def sweep(
     ] = None,
     what: Annotated[
         str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
-    ] = "lift_off,onset,flow",
+    ] = WHAT,
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
     pressure: Annotated[
         str | None,
-        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=f"{SUPPLY}, {options.FED}"),
+        typer.Option(help="Gauge supply pressure, where it is not an axis.", show_default=options.SUPPLIED),
     ] = None,
     highest_speed: Annotated[
         str | None, typer.Option(help="Speed up to which onset and peak are searched; default by the machine.")
     ] = None,
     *,
+    tolerances: RandomOptions,
     settings: options.GridOptions,
     run: RunOptions,
     page: options.PageOptions,
@@ -309,18 +362,23 @@ def sweep(
 ) -> None:
     """Sweep machine, speed or pressure and find the best points.
 
-    Lift-off, whirl onset, load, flow, damping and response at every point.
+    Lift-off, whirl onset, load, flow, damping and response at every point, or over random machines with --random.
     """
     page.check(report)
     plant = settings.plant(machine)
+    tolerances.check(bool(over))
     from rotorsim.analysis.sweep import NETCDF, TABLE
     from rotorsim.analysis.sweep_definition import make_sweep
     from rotorsim.campaign.run import plan_of, run_sweep
     from rotorsim.campaign.store import MANIFEST
 
     chosen = run.settings()
-    point = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or SUPPLY, "Pa")
+    point = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or options.SUPPLY, "Pa")
     top = None if highest_speed is None else options.quantity("highest-speed", highest_speed, "rad/s")
+    if tolerances.random is not None:
+        asked = None if what == WHAT else what
+        random_sweep(plant, tolerances, asked, (*point, top), run, options.ResultOptions(out, False, report, page))
+        return
     defined = make_sweep(plant, over or (), what, *point, top)
     plan_of(defined)
     names = (NETCDF, TABLE, REPORT) if report else (NETCDF, TABLE)

@@ -330,8 +330,14 @@ def quantity(option: str, text: str, unit: str, suggest: Suggest | None = None) 
     return value
 
 
+SUPPLY = "0.5 MPa"
+"""Default of a supply pressure."""
 FED = "none without feed"
 """Default of a supply pressure of a machine without feed, as the help states it."""
+SUPPLIED = f"{SUPPLY}, {FED}"
+"""That default as the help states it."""
+Pressure = Annotated[str | None, typer.Option(help="Gauge supply pressure.", show_default=SUPPLIED)]
+"""Option that is None where it is not given: a pressure given for a machine without feed is noted."""
 TOP = (
     "from rest to drive.highest_speed, else to the last speed of the bearing tables, else to three times the rotor's "
     "first natural frequency"

@@ -1,4 +1,4 @@
-"""`rotorsim report diagnosis | record | tables`: pages and tables of stored results and of measured records."""
+"""`rotorsim report design | diagnosis | record | tables`: a design review; pages and tables of results and records."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rotorsim.base.errors import DataError
+from rotorsim.commands import options
 from rotorsim.commands.options import AsJson, PageOptions, print_files, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
@@ -15,10 +16,75 @@ from rotorsim.commands.results import files
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.plant import Plant
+
 
 @group("report", "Example: rotorsim report record run.csv --mapping rig.toml")
 class Report(CommandGroup):
-    """Write the page of a stored result or of a measured record."""
+    """Review a design, or write the page of a result or record."""
+
+
+@command(
+    "report design",
+    "rotorsim report design aerostatic_spindle --speed '20000 rpm:30000 rpm' --pressure '0.5 MPa'",
+    "rs.analysis.design_review(plant, (2094.4, 3141.6), 0.5e6)",
+)
+def design(
+    machine: options.GivenMachine,
+    speed: Annotated[
+        str | None, typer.Option(help="Operating speed, or LOWEST:HIGHEST; default drive.highest_speed.")
+    ] = None,
+    pressure: options.Pressure = None,
+    law: Annotated[Path | None, typer.Option(help="Control law, for the sensitivity of its loop.")] = None,
+    author: Annotated[str, typer.Option(help="Name on the page.")] = "not stated",
+    *,
+    settings: options.GridOptions,
+    result: options.ResultOptions,
+) -> None:
+    """Review a design by API 617/684 and ISO rules on one page.
+
+    Critical speeds, margins, mode shapes, unbalance response, clearances, stability, balance, films.
+    """
+    result.check()
+    at = options.quantity("pressure", pressure or options.SUPPLY, "Pa")
+    speeds = None if speed is None else _operating_speeds(speed)
+    plant = settings.plant(machine)
+    options.note_unfed(plant.machine, bool(pressure and at))
+    from rotorsim.analysis.design_review import design_review
+    from rotorsim.base.files import write_text
+    from rotorsim.report.design import counts, design_page, numbers, tables
+    from rotorsim.report.page import write_page
+
+    names = ("requirements", "criticals", "unbalances", "clearances", "grades", "zones", "films", "rules")
+    with result.folder("design", *(f"{name}.csv" for name in names)) as folder:
+        options.note_compiling(plant.assembly, "settle")
+        found = design_review(plant, speeds, at, None if law is None else _sensitivity(plant, law, speeds, at))
+        for name, table in tables(found).items():
+            write_text(folder.add(name, f"{name}.csv"), table.csv())
+        if result.report:
+            folder.write_page(lambda path: write_page(lambda: design_page(found, author), path))
+    rows = [(f"{check.name}: {check.asked}", f"{check.verdict} ({check.found})") for check in found.checks]
+    rows += [(verdict, str(number)) for verdict, number in counts(found).items()]
+    result.show(numbers(found), rows, folder.files)
+
+
+def _operating_speeds(text: str) -> tuple[float, float]:
+    """Lowest and highest operating speed [rad/s] of one speed or of LOWEST:HIGHEST."""
+    low, _, high = text.partition(":")
+    first = quantity("speed", low, "rad/s")
+    return first, quantity("speed", high, "rad/s") if high else first
+
+
+def _sensitivity(plant: Plant, path: Path, speeds: tuple[float, float] | None, pressure: float) -> float:
+    """Largest sensitivity of the loop of a law at the highest operating speed."""
+    from rotorsim.analysis.campbell import top_speed
+    from rotorsim.control.law import load_law
+    from rotorsim.verify.closed_loop import full_order
+
+    if plant.machine.injection is None:
+        raise DataError(f"--law: {plant.machine.name} has no actuators; leave it out", argument="law", value=path)
+    at = speeds[1] if speeds else top_speed(plant)
+    return full_order(plant, load_law(path), [(at, pressure)])[0].peak
 
 
 @command(

@@ -1,13 +1,14 @@
-"""Sketch of a machine from the side: shaft, discs, bearings, injectors and probes, with marked places.
+"""A machine from the side: shaft, discs, bearings, injectors and probes, with marked places or with dimensions.
 
-Lengths along the shaft are to scale. Radii have a scale of their own; those of discs are of solid discs with
-the mass and inertia of the machine file.
+Lengths along the shaft are to scale. In a sketch radii have a scale of their own, in a drawing the same one; those of
+discs are of solid discs with the mass and inertia of the machine file.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from math import sin, sqrt
 
+import numpy as np
 import plotly.graph_objects as go
 
 from rotorsim.machine import Machine
@@ -234,3 +235,116 @@ def _names(figure: go.Figure, machine: Machine) -> None:
         x=[z * 1e3 for z, _ in places], y=[NAME_AT] * len(places), mode="text", text=[name for _, name in places],
         textfont={"size": 12, "color": INK}, showlegend=False, hoverinfo="skip", cliponaxis=False,
     )  # fmt: skip
+
+
+PAPER, ROW = 1000.0, 26.0
+"""Width [px] that the shaft of a drawing takes, and height [px] of a row of dimensions."""
+TALL = 560.0
+"""Greatest height [px] of the machine in a drawing."""
+WRITTEN = 0.035
+"""Least distance of two dimensions with a number between them, as a share of the shaft's length."""
+FLAT, SLEEVE = 0.01, 0.08
+"""Least width of a disc and thickness of a sleeve, as shares of the shaft's length."""
+
+
+def machine_drawing(machine: Machine) -> go.Figure:
+    """The machine from the side, to scale in both directions, with a row of dimensions for each kind of part."""
+    figure, length, start = go.Figure(), machine.shaft.length * 1e3, machine.shaft.start * 1e3
+    shaft = [(left, right, -d / 2, d / 2) for left, right, d, _ in _pieces(machine)]
+    bores = [(left, right, -d / 2, d / 2) for left, right, _, d in _pieces(machine) if d]
+    discs = [_solid(one, FLAT * length) for one in machine.discs]
+    sleeves = list(_sleeves(machine, 0.3 * SLEEVE * length))
+    for name, boxes, colour, opacity in (
+        ("disc", discs, DISC, 1.0), ("shaft", shaft, SHAFT, 1.0), ("bore", bores, "#ffffff", 1.0),
+        ("bearing", sleeves, BEARING, 0.7),
+    ):  # fmt: skip
+        _boxes(figure, name, boxes, colour, opacity)
+    top = max(box[3] for box in [*shaft, *discs, *sleeves])
+    springs = [b.position * 1e3 for b in machine.bearings if b.coefficients is not None]
+    under = [max(box[3] for box in shaft if box[0] - 1e-6 <= z <= box[1] + 1e-6) for z in springs]
+    look = {"symbol": "triangle-up", "size": 14, "color": BEARING, "line": {"color": INK, "width": 1}}
+    figure.add_scatter(x=springs, y=[-y for y in under], mode="markers", name="bearing", hoverinfo="name+x",
+                       marker=look)  # fmt: skip
+    planes = sorted({round(probe_plane(machine).begin, 6)}
+                    | {round(p.position, 6) for p in machine.probes if p.position is not None})  # fmt: skip
+    figure.add_scatter(x=[z * 1e3 for z in planes], y=[1.12 * top] * len(planes), mode="markers", name="probe",
+                       marker={"symbol": "diamond-tall", "size": 13, "color": PROBE}, hoverinfo="name+x")  # fmt: skip
+    room = MARGIN * length
+    pixel = (length + 2.4 * room) / PAPER
+    _diameters(figure, machine, length)
+    low = _dimensions(figure, machine, planes, top, pixel)
+    figure.add_shape(type="line", x0=start - room / 2, x1=start + length + room / 2, y0=0, y1=0,
+                     line={"color": INK, "width": 0.8, "dash": "dashdot"})  # fmt: skip
+    style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60), hovermode="closest", dragmode=False)
+    figure.update_xaxes(title_text="position along the shaft [mm]", showgrid=False,
+                        range=[start - 1.6 * room, start + length + 0.8 * room])  # fmt: skip
+    figure.update_yaxes(visible=False, scaleanchor="x", scaleratio=1, range=[low, 1.25 * top], constrain="domain")
+    figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)
+    return figure
+
+
+def _pieces(machine: Machine) -> Iterator[tuple[float, float, float, float]]:
+    """Ends [mm], outer and inner diameter [mm] of the sections of the shaft."""
+    z = machine.shaft.start
+    for one in machine.shaft.sections:
+        yield z * 1e3, (z + one.length) * 1e3, one.outer_diameter * 1e3, one.inner_diameter * 1e3
+        z += one.length
+
+
+def _solid(disc: Disc, least: float) -> Box:
+    """A disc in mm, at least so wide."""
+    half, radius = max(_width(disc) * 1e3, least) / 2, _radius(disc) * 1e3
+    return disc.position * 1e3 - half, disc.position * 1e3 + half, -radius, radius
+
+
+def _sleeves(machine: Machine, thickness: float) -> Iterator[Box]:
+    """Both halves of the sleeve of every gas film, in mm."""
+    for one in machine.films:
+        left, right = (one.position - one.length / 2) * 1e3, (one.position + one.length / 2) * 1e3
+        inner = one.diameter / 2 * 1e3
+        yield from ((left, right, -inner - thickness, -inner), (left, right, inner, inner + thickness))
+
+
+def _diameters(figure: go.Figure, machine: Machine, length: float) -> None:
+    """Diameters of the sections that are long enough for the number, as seen between the discs and sleeves."""
+    for left, right, outer, inner in _pieces(machine):
+        if right - left > 2 * WRITTEN * length:
+            text = f"\N{DIAMETER SIGN}{outer:.4g}" + (f" / {inner:.4g}" if inner else "")
+            figure.add_annotation(
+                x=0.5 * (left + right), y=0.0, text=text, showarrow=False, bgcolor="rgba(255,255,255,0.75)"
+            )
+
+
+def _dimensions(figure: go.Figure, machine: Machine, planes: Sequence[float], top: float, pixel: float) -> float:
+    """Rows of dimensions below the machine; the lowest place [mm] that they take."""
+    start, end = machine.shaft.start * 1e3, machine.shaft.end * 1e3
+    rows = {
+        "sections": [start, *(right for _, right, _, _ in _pieces(machine))],
+        "bearings": [start, *(b.position * 1e3 for b in machine.bearings), end],
+        "discs": [start, *(d.position * 1e3 for d in machine.discs), end] if machine.discs else [],
+        "probes": [start, *(z * 1e3 for z in planes), end],
+        "overall": [start, end],
+    }  # fmt: skip
+    if len(machine.shaft.sections) == 1:
+        del rows["sections"]
+    y = -1.1 * top
+    for name, places in rows.items():
+        if len(places) > 1:
+            y -= ROW * pixel
+            _dimension_row(figure, name, np.unique(np.round(places, 6)).tolist(), y, pixel)
+    return y - ROW * pixel
+
+
+def _dimension_row(figure: go.Figure, name: str, places: Sequence[float], y: float, pixel: float) -> None:
+    """A line with a tick at every place, and the distances between that have room for a number."""
+    x: list[float | None] = [places[0], places[-1], None]
+    heights: list[float | None] = [y, y, None]
+    for z in places:
+        x += [z, z, None]
+        heights += [y - 5 * pixel, y + 5 * pixel, None]
+    figure.add_scatter(x=x, y=heights, mode="lines", line={"color": INK, "width": 1}, hoverinfo="x", name=name)
+    length = places[-1] - places[0]
+    for left, right in pairwise(places):
+        if right - left > WRITTEN * length:
+            figure.add_annotation(x=0.5 * (left + right), y=y + 8 * pixel, text=f"{right - left:.5g}", showarrow=False)
+    figure.add_annotation(x=places[0], y=y, text=name, showarrow=False, xanchor="right", xshift=-10)

@@ -242,7 +242,8 @@ class Page:
 RESULT_PAGES = Registry[tuple[type, Callable[[Any], Page]]](
     {name: f"rotorsim.report.{chapter}" for name, chapter in {
         "Dataset": "record", "Diagnosis": "diagnosis", "Verification": "control", "SweepResult": "sweep",
-        "map": "operating_map", "campbell": "linear", "response": "linear", "dict": "comparison",
+        "map": "operating_map", "DesignReview": "design", "RandomResult": "random",
+        "campbell": "linear", "response": "linear", "dict": "comparison",
         "RunComparison": "comparison", "Assessment": "comparison",
     }.items()}
 )  # fmt: skip

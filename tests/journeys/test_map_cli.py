@@ -1,5 +1,6 @@
 """`rotorsim map`, `modes` and `machine calibrate`: files, JSON numbers, messages."""
 
+import csv
 import json
 import sys
 
@@ -210,3 +211,16 @@ def test_a_calibration_writes_a_machine_file_that_meets_its_targets(run, tmp_pat
     assert run("machine", "check", "new.toml")[0] == 0
     code, _, message = run("machine", "calibrate", "dtu_gas_bearing", "--targets", "t.toml", "--out", "new.toml")
     assert code == 2 and "is there already" in message
+
+
+def test_a_design_review_leaves_a_page_and_a_table_a_section(run, tmp_path):
+    options = ["--speed", "3200 rpm:4000 rpm", "--author", "A. Nyquist", "--out", "design", "--json"]
+    code, out, _ = run("report", "design", "plain_rotor", *options)
+    found = json.loads(out)
+    assert code == 0 and found["verdicts"]["met"] > 0 and found["verdicts"]["not looked at"] > 0
+    assert sum(found["verdicts"].values()) == len(found["requirements"])
+    rows = list(csv.reader((tmp_path / "design" / "criticals.csv").read_text().splitlines()))
+    assert len(rows) == 1 + len(found["criticals"]) and rows[0][1] == "speed [rpm]"
+    assert "A. Nyquist" in (tmp_path / "design" / "report.html").read_text()
+    code, _, message = run("report", "design", "plain_rotor", "--law", "law.json", "--out", "other")
+    assert code == 2 and message.startswith("--law: ")

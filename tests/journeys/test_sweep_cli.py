@@ -78,3 +78,16 @@ def test_a_campbell_diagram_has_the_modes_that_were_asked_for(run, tmp_path):
     with xr.open_dataset(tmp_path / "c" / "campbell.nc", engine="h5netcdf") as found:
         assert found["wn"].shape == (6, 7) and "undamped_critical_speed" in found
     assert "Critical speeds over the bearings" in (tmp_path / "c" / "report.html").read_text()
+
+
+def test_random_machines_leave_their_table_their_page_and_the_probability_of_a_miss(run, tmp_path):
+    options = ["--random", "12", "--vary", "discs.0.mass=+- 5 %", "--what", "criticals", "--highest-speed", "4000 rpm",
+               "--require", "critical_1 > 2600 rpm", "--workers", "1", "--json", "--out", "r"]  # fmt: skip
+    code, out, _ = run("sweep", "plain_rotor", *options)
+    found = json.loads(out)
+    assert code == 0 and found["machines"] == 12 and 0 <= found["misses"]["critical_1 > 2600 rpm"]["low"] < 1
+    assert len((tmp_path / "r" / "random.csv").read_text().splitlines()) == 13
+    assert "Probability of a miss" in (tmp_path / "r" / "report.html").read_text()
+    for wrong in (["--vary", "discs.0.mass=+- 5 %"], ["--random", "5"], ["--random", "5", "--over", "pressure=1 bar"]):
+        code, _, message = run("sweep", "plain_rotor", *wrong, "--out", "other")
+        assert code == 2 and "--random" in message

@@ -1,0 +1,717 @@
+r"""Design review of a machine: what the rules of `standards` ask of it, and what is found.
+
+The deflected line of a mode, x(z) and y(z) complex, is drawn in the plane and at the instant in which the place that
+moves most is furthest out. Unbalances stand at its antinodes: one with the load of the whole rotor, or with the mass
+beyond the bearing where the antinode overhangs; two opposed ones, each with the load of the journal next to it, where
+the line changes its side. Static loads of the journals are the reactions of the shaft under its own weight.
+
+.. math:: \delta = \frac{2\pi\zeta}{\sqrt{1 - \zeta^2}}
+
+is the logarithmic decrement. Source of the rules: `rotorsim.analysis.standards`.
+
+Cites: api_684, friswell_2010.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fe_shaft.modal import half_axes
+from reynolds import kernels
+from rotorsim.analysis import standards
+from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
+from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
+from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
+from rotorsim.analysis.standards import HalfPower
+from rotorsim.analysis.supply import felt
+from rotorsim.analysis.whirl_onset import stability_limit
+from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, RotorsimError
+from rotorsim.base.processes import one_thread
+from rotorsim.base.rounding import whirl_sense
+from rotorsim.base.units import TO_RPM, TO_UM
+from rotorsim.effects.rotor.unbalance import RotorUnbalance
+from rotorsim.machine.bearings import BearingPart, TableBearing
+from rotorsim.machine.rotor import ShaftProbe
+from rotorsim.plant import Plant
+from rotorsim.plant.linearise import LinearPlant
+from rotorsim.plant.simulation import describe, journal_room, settle
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from rotorsim.plant.simulation import Equilibrium
+
+BEYOND = 1.35
+"""Highest speed that is looked at, over the highest operating speed: above the largest margin of 26 %."""
+STEPS, RESPONSES = 14, 60
+"""Steps of the speeds at which modes are found, and of those at which responses are solved."""
+AROUND = (-4.0, -2.5, -1.6, -1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0)
+"""Further speeds around a critical one, as multiples of its damping ratio."""
+FIRST = 4
+"""Modes of the rotor over which the region reaches, however low the speeds are."""
+OPPOSED = 0.25
+"""Least antinode on the other side, over the largest one, for which a mode has two unbalances."""
+LINE = 81
+"""Points of a deflected line besides the nodes."""
+SAME_PLANE = 0.08
+"""Distance of two planes, over the shaft's length, up to which unbalances in them are one case."""
+NEAR = 0.08
+"""Distance of a peak of the response from a critical speed, over it, up to which it is that of the mode."""
+UNSEEN = 1e-9
+"""Response [m, 0-pk] below which a peak is rounding."""
+TURNS = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+MET, MISSED, OPEN = "met", "not met", "not looked at"
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalSpeed:
+    """A crossing of 1X: speed [rad/s], damping ratio, whirl, deflected line (`drawn_places`,) and its zeros [m].
+
+    `case` is the unbalance that drives the mode; `peak` the highest peak of the response of all probes and cases that
+    lies next to it, seen by `probe` under the unbalance `driven_by`; None where unbalance drives none.
+    """
+
+    speed: float
+    zeta: float
+    whirl: str
+    line: np.ndarray
+    nodes: tuple[float, ...]
+    case: str
+    peak: HalfPower | None = None
+    probe: str = ""
+    driven_by: str = ""
+
+    @property
+    def decrement(self) -> float:
+        """Logarithmic decrement."""
+        return float(2 * np.pi * self.zeta / np.sqrt(1 - self.zeta**2))
+
+    @property
+    def amplification(self) -> float:
+        """Amplification factor of the peak by half power, else 1 / (2 zeta)."""
+        if self.peak is not None and np.isfinite(self.peak.amplification):
+            return self.peak.amplification
+        return 1 / (2 * self.zeta) if self.zeta > 0 else float("inf")
+
+
+@dataclass(frozen=True)
+class UnbalanceCase:
+    """Unbalances of an analysis, in words, with the loads [kg] that they follow from."""
+
+    name: str
+    unbalances: tuple[RotorUnbalance, ...]
+    loads: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """A close clearance: place, position z [m], diametral clearance [m], largest scaled motion [m, pk-pk], its cause.
+
+    The motion is NaN where no response is known.
+    """
+
+    place: str
+    z: float
+    gap: float
+    motion: float
+    case: str
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class FilmState:
+    """A film at the highest operating speed: load [N], least gap [m], K [N/m] and C [N s/m] at 1X, power [W], flow."""
+
+    name: str
+    load: float
+    eccentricity: float
+    K: np.ndarray
+    C: np.ndarray
+    power: float
+    flow: float
+    rises: np.ndarray
+
+
+@dataclass(frozen=True)
+class Check:
+    """A requirement: what is asked, what is found, the verdict (`MET`, `MISSED` or `OPEN`), its rule, a remark."""
+
+    name: str
+    asked: str
+    found: str
+    verdict: str
+    rule: str
+    remark: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class DesignReview:
+    """Numbers of a design review at operating speeds `low` to `high` [rad/s] and a gauge pressure [Pa].
+
+    `responses` holds the major half axis (case, speed, z) [m, 0-pk] of the shaft, `probes` the positions of the probe
+    planes by name; `decrements` (speed) the least logarithmic decrement; `undamped` the critical speed map, None with
+    the reason `no_map`, and `stiffness` (bearing, speed, axis) that of the bearings. `onset` is the speed [rad/s], the
+    frequency and whether every mode was looked for. `sensitivity` is the largest one of a law, None without.
+    """
+
+    plant: Plant
+    low: float
+    high: float
+    pressure: float
+    stated: bool
+    criticals: tuple[CriticalSpeed, ...]
+    cases: tuple[UnbalanceCase, ...]
+    loads: np.ndarray
+    responses: xr.Dataset
+    probes: dict[str, float]
+    clearances: tuple[Clearance, ...]
+    scales: dict[str, float]
+    decrements: xr.DataArray
+    onset: tuple[float, float, float]
+    films: tuple[FilmState, ...]
+    least_gap: float
+    not_carried: str
+    undamped: xr.Dataset | None
+    no_map: str
+    stiffness: xr.DataArray
+    searched: tuple[float, float]
+    open_speeds: tuple[tuple[float, float], ...]
+    sensitivity: float | None
+
+    @property
+    def file_case(self) -> UnbalanceCase:
+        """The unbalance of the machine file, or one of grade G 2.5 without it."""
+        return self.cases[-1]
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """Requirements, in the order of the page."""
+        return tuple(_checks(self))
+
+    def motion(self, case: str, z: float) -> np.ndarray:
+        """Motion (speed,) [m, pk-pk] at a place under a case of unbalance."""
+        return np.asarray(2 * self.responses["major"].sel(case=case).sel(z=z, method="nearest").values)
+
+
+def design_review(
+    plant: Plant,
+    speeds: tuple[float, float] | None = None,
+    pressure: float = 0.5e6,
+    sensitivity: float | None = None,
+) -> DesignReview:
+    """Review the design of a machine by the rules of API 617/684, ISO 21940-11, ISO 20816-3 and ISO 14839-3.
+
+    Parameters
+    ----------
+    plant : Plant
+    speeds : (float, float), optional
+        Lowest and highest operating speed [rad/s]; by default both are `drive.highest_speed`, or `top_speed` of a
+        machine that states none.
+    pressure : float
+        Gauge supply pressure [Pa].
+    sensitivity : float, optional
+        Largest sensitivity of a control law's loop.
+
+    Raises
+    ------
+    DataError
+        For speeds that are not above 0 or do not ascend.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.design_review(rs.Plant("plain_rotor"), (250.0, 300.0))
+    >>> {check.verdict for check in found.checks} <= {"met", "not met", "not looked at"}
+    True
+    """
+    stated = speeds is not None or plant.machine.drive.highest_speed is not None
+    low, high = speeds or (top_speed(plant),) * 2
+    if not 0 < low <= high:
+        raise DataError(f"design review: speeds from {low * TO_RPM:g} to {high * TO_RPM:g} rpm; give ascending ones")
+    pressure = float(felt([plant.machine], [pressure])[0])
+    at = np.unique([*np.linspace(0.0, BEYOND * high, STEPS + 1), low, high])
+    found = modes_over_speed(plant, at, pressure, FIRST, (1,))
+    loads = static_loads(plant)
+    modes = [_critical(plant, *one) for one in _crossed(found)]
+    cases = _cases(plant, modes, loads, high)
+    probes = _probes(plant)
+    gaps = list(_gaps(plant))
+    places = np.unique(np.round([*plant.assembly.mesh.nodes, *probes.values(), *(z for _, z, _ in gaps)], 9))
+    responses = _responses(plant, found, modes, cases, places, pressure, high)
+    scales = _scales(responses, cases, probes, (low, high))
+    films, gap, refused = _films(plant, high, pressure)
+    undamped, no_map, stiffness = _map(plant, found, pressure)
+    return DesignReview(
+        plant, low, high, pressure, stated,
+        tuple(_with_peaks(modes, responses, cases, probes)), cases, loads, responses, probes,
+        tuple(_clearances(gaps, responses, scales)), scales, _decrements(found),
+        _onset(plant, pressure, BEYOND * high), films, gap, refused, undamped, no_map, stiffness, found.searched,
+        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity,
+    )  # fmt: skip
+
+
+def static_loads(plant: Plant) -> np.ndarray:
+    """Static load (bearings,) [kg] of every bearing under the weight of shaft and discs: of one below the shaft, > 0.
+
+    Reactions are what the free shaft lacks for its equilibrium; nominal stiffnesses matter with three bearings or more.
+    """
+    mesh = plant.assembly.mesh
+    free, n = mesh.free_stiffness, 4 * len(mesh.nodes)
+    held = free[:n, :n].copy()
+    for bearing in plant.machine.bearings:
+        at, K = 4 * mesh.node(bearing.position), bearing.coefficients
+        own = bearing.spring or (0.5 * float(np.trace(K[0])) if K is not None else 0.0)
+        held[at, at] += own
+        held[at + 1, at + 1] += own
+    weight = _weight(plant)
+    left = weight - free[:n, :n] @ np.linalg.solve(held, weight)
+    return np.array([left[4 * mesh.node(b.position)] for b in plant.machine.bearings])
+
+
+def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
+    """Speed [rad/s], damping ratio, whirl and modal displacements of every crossing of 1X."""
+    for (speed, zeta, _, _, orbit), one in zip(crossing_numbers(found.crossings), found.crossings, strict=True):
+        assert isinstance(one.pencil, LinearPlant)
+        m = len(one.pencil.rotor.stiffness)
+        yield float(speed), float(zeta), str(whirl_sense(np.array([orbit]))[0]), one.modes.right[-2 * m : -m, 0]
+
+
+def _critical(plant: Plant, speed: float, zeta: float, whirl: str, q: np.ndarray) -> CriticalSpeed:
+    """A crossing of 1X with its deflected line, from modal displacements q."""
+    nodes = drawn_places(plant)
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in nodes])
+    line = deflected_line(*(rows @ q[: rows.shape[2]]).T)
+    flips = np.flatnonzero(line[:-1] * line[1:] < 0)
+    zeros = nodes[flips] + (nodes[flips + 1] - nodes[flips]) * line[flips] / (line[flips] - line[flips + 1])
+    opposed = min(line.max(), -line.min()) > OPPOSED * np.abs(line).max()
+    return CriticalSpeed(speed, zeta, whirl, line, tuple(zeros.tolist()), "couple" if opposed else "static")
+
+
+def drawn_places(plant: Plant) -> np.ndarray:
+    """Positions (n,) [m] along the shaft at which deflected lines are known."""
+    nodes = plant.assembly.mesh.nodes
+    return np.unique(np.round([*nodes, *np.linspace(nodes[0], nodes[-1], LINE)], 9))
+
+
+def deflected_line(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Line (n,) of complex displacements x, y (n,) in the plane and instant of the largest; its largest size is 1.
+
+    Examples
+    --------
+    >>> from rotorsim.analysis.design_review import deflected_line
+    >>> deflected_line(np.array([1.0, -0.5j]), np.array([1j, 0.5])).round(2).tolist()
+    [1.0, 0.0]
+    """
+    k = int(half_axes(x, y)[0].argmax())
+    phases = np.linspace(0, np.pi, 721)
+    turned = np.exp(-1j * phases)
+    out = np.abs((x[k] * turned).real) ** 2 + np.abs((y[k] * turned).real) ** 2
+    best = turned[out.argmax()]
+    a, b = (x * best).real, (y * best).real
+    line = (a * a[k] + b * b[k]) / np.hypot(a[k], b[k])
+    return np.asarray(line / line[np.abs(line).argmax()])
+
+
+def _cases(plant: Plant, modes: Sequence[CriticalSpeed], loads: np.ndarray, speed: float) -> tuple[UnbalanceCase, ...]:
+    """Unbalances of a rigid rotor, one in the middle and a couple, those at the antinodes of modes, the file's last."""
+    nodes, bearings = drawn_places(plant), [b.position for b in plant.machine.bearings]
+    rigid = nodes - 0.5 * (min(bearings) + max(bearings))
+    lines = [np.ones(len(nodes)), rigid / np.abs(rigid).max(), *(mode.line for mode in modes)]
+    found: dict[tuple[float, ...], UnbalanceCase] = {}
+    for line in lines:
+        planes, masses = _planes(plant, line, loads)
+        pairs = sorted(zip(planes, masses, strict=True))
+        key = tuple(z for z, _ in pairs)
+        near = SAME_PLANE * plant.machine.shaft.length
+        if any(len(one) == len(key) and np.abs(np.subtract(one, key)).max() < near for one in found):
+            continue
+        word = "couple" if len(planes) > 1 else "static"
+        parts = tuple(
+            RotorUnbalance(
+                me=standards.ANALYSED * standards.residual_unbalance(abs(w), speed),
+                phase=0.0 if w > 0 else np.pi,
+                position=z,
+            )
+            for z, w in pairs
+        )
+        at = " and ".join(f"{1e3 * z:.4g} mm" for z, _ in pairs)
+        found[key] = UnbalanceCase(f"{word} at {at}", parts, tuple(abs(w) for _, w in pairs))
+    own = tuple(e for e in plant.machine.effects.get("unbalance", ()) if getattr(e, "me", 0) > 0)
+    name = "machine file" if own else "grade G 2.5"
+    return (*found.values(), UnbalanceCase(name, unbalances_of(plant.machine, speed)))
+
+
+def _planes(plant: Plant, line: np.ndarray, loads: np.ndarray) -> tuple[list[float], list[float]]:
+    """Planes [m] of the unbalances of a deflected line and the masses [kg] that they follow from, < 0 if opposed."""
+    nodes, machine = drawn_places(plant), plant.machine
+    places = np.array([b.position for b in machine.bearings])
+    if np.ptp(line) < 1e-9:
+        return [0.5 * float(places.min() + places.max())], [machine.mass]
+    top = int(np.abs(line).argmax())
+    other = int((line * -np.sign(line[top])).argmax())
+    if abs(line[other]) > OPPOSED and line[other] * line[top] < 0:
+        pair = [float(nodes[k]) for k in (top, other)]
+        near = [float(abs(loads[int(np.abs(places - z).argmin())])) for z in pair]
+        return pair, [near[0], -near[1]]
+    z = float(nodes[top])
+    if places.min() <= z <= places.max() or len(places) < 2:
+        return [z], [machine.mass]
+    return [z], [_mass_beyond(plant, float(places.min() if z < places.min() else places.max()), z)]
+
+
+def _mass_beyond(plant: Plant, bearing: float, z: float) -> float:
+    """Mass [kg] of shaft and discs on the side of `z` beyond a bearing [m]; of its own node one half."""
+    mesh = plant.assembly.mesh
+    masses = _weight(plant)[0::4]
+    beyond = (mesh.nodes - bearing) * (z - bearing) > 0
+    beyond[mesh.node(bearing)] = False
+    return float(masses[beyond].sum() + 0.5 * masses[mesh.node(bearing)])
+
+
+def _weight(plant: Plant) -> np.ndarray:
+    """Weight (4 nodes,) of shaft and discs along x over the acceleration [kg, kg m]."""
+    n = 4 * len(plant.assembly.mesh.nodes)
+    return np.asarray(plant.assembly.mesh.constant.M()[:n, 0:n:4].sum(axis=1))
+
+
+def _probes(plant: Plant) -> dict[str, float]:
+    """Planes of the shaft's displacement probes [m], each once."""
+    named = {p.name: p.position for p in plant.machine.probes if isinstance(p, ShaftProbe)}
+    found = {"measuring plane": measuring_places(plant)["measuring plane"]} | named
+    planes: dict[float, str] = {}
+    for name, z in found.items():
+        planes[round(z, 6)] = f"{planes[round(z, 6)]}, {name}" if round(z, 6) in planes else name
+    return {name: z for z, name in planes.items()}
+
+
+def _gaps(plant: Plant) -> Iterator[tuple[str, float, float]]:
+    """Close clearances of the machine file: place, position [m], diametral clearance [m], NaN where none is stated."""
+    machine, start, end = plant.machine, plant.machine.shaft.start, plant.machine.shaft.end
+    for k, film in enumerate(machine.films):
+        room = 2 * float(journal_room(machine, k, TURNS).min())
+        for side in (-0.5, 0.5):
+            yield f"film {machine.film_names[k]}", min(max(film.position + side * film.length, start), end), room
+    for name, effects in machine.effects.items():
+        for effect in effects:
+            if name in ("rub", "labyrinth_seal"):
+                gap = 2 * float(getattr(effect, "gap", np.nan))
+                yield name.replace("_", " "), plant.assembly.mesh.place(effect), gap
+
+
+def _responses(
+    plant: Plant, found: ModesOverSpeed, modes: Sequence[CriticalSpeed], cases: Sequence[UnbalanceCase],
+    places: np.ndarray, pressure: float, high: float,
+) -> xr.Dataset:  # fmt: skip
+    """Major half axes (case, speed, z) [m, 0-pk] and least damping ratio (speed) up to the last speed looked at."""
+    import xarray as xr
+
+    nodes = {node.at: node.pencil for node in found.followed.nodes}
+    last = found.searched[1]
+    more = [high] + [m.speed * (1 + k * max(m.zeta, 1e-4)) for m in modes for k in AROUND]
+    speeds = np.unique(np.round([*nodes, *np.linspace(0, last, RESPONSES + 1)[1:], *more], 6))
+    speeds = speeds[(speeds > 0) & (speeds <= last)]
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
+    major = np.full((len(cases), len(speeds), len(places)), np.nan)
+    for k, speed in enumerate(speeds.tolist()):
+        model = nodes.get(speed)
+        try:
+            model = model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure)
+        except (NoLiftOffError, ConvergenceError):
+            continue
+        with one_thread():
+            D = model.dynamic_stiffness(1j * speed)
+            q = np.linalg.solve(D, np.column_stack([_force(plant, c, speed, len(D)) for c in cases]))
+        x = np.einsum("paj,jc->cpa", rows, q[: rows.shape[2]])
+        major[:, k] = half_axes(x[..., 0], x[..., 1])[0]
+    known = [(node.at, found.least(node.at)) for node in found.followed.nodes if node.pencil is not None]
+    zeta = np.interp(speeds, *np.array(known).T) if known else np.full(len(speeds), np.nan)
+    return xr.Dataset(
+        {"major": (("case", "speed", "z"), major), "zeta_least": ("speed", zeta)},
+        {"case": [c.name for c in cases], "speed": speeds, "z": places},
+    )
+
+
+def _force(plant: Plant, case: UnbalanceCase, speed: float, size: int) -> np.ndarray:
+    """Modal force (size,) of the unbalances of a case at a speed [rad/s]."""
+    force = np.zeros(size, complex)
+    for one in case.unbalances:
+        shape = plant.assembly.mesh.shape_between(plant.assembly.mesh.place(one))
+        pull = one.me * speed**2 * np.exp(1j * one.phase)
+        force[: shape.shape[1]] += pull * (shape.T @ np.array([1, -1j]))
+    return force
+
+
+def _with_peaks(
+    modes: Sequence[CriticalSpeed], responses: xr.Dataset, cases: Sequence[UnbalanceCase], probes: dict[str, float]
+) -> Iterator[CriticalSpeed]:
+    """Critical speeds, ascending, with the highest peak of the API's cases that is nearer to each than to the others.
+
+    Where a mode grows there is no steady response and no peak.
+    """
+    speeds = responses["speed"].values
+    grows = responses["zeta_least"].values < 0
+    peaks = []
+    for case in cases[:-1]:
+        for probe, z in probes.items():
+            sizes = responses["major"].sel(case=case.name).sel(z=z, method="nearest").values
+            found = standards.half_power(speeds, np.where(grows, np.nan, sizes))
+            peaks += [(p, probe, case.name) for p in found if p.size > UNSEEN]
+    every = np.array([m.speed for m in modes])
+    for mode in sorted(modes, key=lambda m: m.speed):
+        own = [
+            one for one in peaks
+            if abs(one[0].speed / mode.speed - 1) < max(NEAR, 2 * mode.zeta)
+            and abs(one[0].speed - mode.speed) <= np.abs(every - one[0].speed).min() * (1 + 1e-9)
+        ]  # fmt: skip
+        if own:
+            peak, probe, case_name = max(own, key=lambda one: (np.isfinite(one[0].amplification), one[0].size))
+            yield replace(mode, peak=peak, probe=probe, driven_by=case_name)
+        else:
+            yield mode
+
+
+def _scales(
+    responses: xr.Dataset, cases: Sequence[UnbalanceCase], probes: dict[str, float], speeds: tuple[float, float]
+) -> dict[str, float]:
+    """Factor of every case from its largest motion of the probes at the operating speeds to the limit of vibration.
+
+    NaN where no response is steady there.
+    """
+    steady = responses["major"].where(responses["zeta_least"] >= 0).sel(z=list(probes.values()), method="nearest")
+    at = operating(responses["speed"].values, *speeds)
+    found = {}
+    for case in cases[:-1]:
+        largest = 2 * float(np.nanmax(steady.sel(case=case.name).values[at], initial=-np.inf))
+        found[case.name] = standards.scale_factor(largest, speeds[1]) if np.isfinite(largest) else float("nan")
+    return found
+
+
+def operating(at: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Mask of the speeds (n,) [rad/s] from `low` to `high`, of the nearest one where none lies between."""
+    within = (at >= low * (1 - 1e-9)) & (at <= high * (1 + 1e-9))
+    return within if within.any() else np.abs(at - high) == np.abs(at - high).min()
+
+
+def _clearances(
+    gaps: Sequence[tuple[str, float, float]], responses: xr.Dataset, scales: dict[str, float]
+) -> Iterator[Clearance]:
+    """Every close clearance with the largest scaled motion there, from rest to the highest speed without growth."""
+    steady = responses.where(responses["zeta_least"] >= 0)
+    for place, z, gap in gaps:
+        motions = {
+            name: 2 * scale * steady["major"].sel(case=name).sel(z=z, method="nearest").values
+            for name, scale in scales.items()
+        }
+        best = max(motions, key=lambda name: float(np.nanmax(motions[name], initial=-np.inf)), default="")
+        sizes = motions[best]
+        if not np.isfinite(sizes).any():
+            yield Clearance(place, z, gap, float("nan"), best, float("nan"))
+            continue
+        k = int(np.nanargmax(sizes))
+        yield Clearance(place, z, gap, float(sizes[k]), best, float(responses["speed"][k]))
+
+
+def _decrements(found: ModesOverSpeed) -> xr.DataArray:
+    """Least logarithmic decrement (speed) of all modes of the region, NaN where nothing is known."""
+    import xarray as xr
+
+    nodes = found.followed.nodes
+    zeta = np.array([found.least(node.at) if node.pencil is not None else np.nan for node in nodes])
+    with np.errstate(invalid="ignore"):
+        return xr.DataArray(2 * np.pi * zeta / np.sqrt(1 - zeta**2), {"speed": [node.at for node in nodes]}, "speed")
+
+
+def _onset(plant: Plant, pressure: float, highest: float) -> tuple[float, float, float]:
+    try:
+        return stability_limit(plant, pressure, highest, 1e-4)
+    except NoLiftOffError:
+        return float("nan"), float("nan"), 0.0
+
+
+def _films(plant: Plant, speed: float, pressure: float) -> tuple[tuple[FilmState, ...], float, str]:
+    """Every film at a speed [rad/s], the least gap [m] of all, and why there is none."""
+    a = plant.assembly
+    if not a.films:
+        return (), float("nan"), ""
+    try:
+        w = settle(a, speed, pressure)
+        response = plant.linearise(speed, pressure).response
+    except (NoLiftOffError, ConvergenceError) as error:
+        return (), float("nan"), str(error)
+    at: Equilibrium = describe(a, w)
+    K, C = response.coefficients(speed)
+    flows = np.split(at.mass_flow, np.cumsum([len(f.injectors) for f in a.films])[:-1])
+    found = []
+    for k, name in enumerate(plant.machine.film_names):
+        own = slice(2 * k, 2 * k + 2)
+        torque = kernels.friction_torque(a.film_part(w, k), a.film_constants(k), a.film, speed)
+        found.append(
+            FilmState(name, float(np.hypot(*at.forces[k])), float(at.eccentricity_ratios[k]), K[own, own], C[own, own],
+                      float(torque * speed), float(flows[k].sum()), at.temperature_rises[k])
+        )  # fmt: skip
+    return tuple(found), float(at.h_min), ""
+
+
+def _map(plant: Plant, found: ModesOverSpeed, pressure: float) -> tuple[xr.Dataset | None, str, xr.DataArray]:
+    """Undamped critical speeds over stiffness, why there are none, and the stiffness that the bearings have."""
+    import xarray as xr
+
+    machine, nodes = plant.machine, [n for n in found.followed.nodes if n.pencil is not None and n.at > 0]
+    values = np.full((len(machine.bearings), len(nodes), 2), np.nan)
+    for i, node in enumerate(nodes):
+        assert isinstance(node.pencil, LinearPlant)
+        K = node.pencil.response.coefficients(node.at)[0] if machine.films else np.zeros((0, 0))
+        for b, bearing in enumerate(machine.bearings):
+            film = machine.film_at(b)
+            if film is not None:
+                values[b, i] = np.diag(K)[2 * film : 2 * film + 2]
+            else:
+                values[b, i] = _direct(bearing, node.at)
+    stiffness = xr.DataArray(
+        values, {"bearing": list(machine.bearing_names), "speed": [n.at for n in nodes], "axis": ["x", "y"]},
+        ("bearing", "speed", "axis"),
+    )  # fmt: skip
+    positive = values[values > 0]
+    middle = (float(positive.min()), float(positive.max())) if positive.size else (1e6, 1e7)
+    try:
+        return critical_speed_map(plant, (middle[0] / 30, middle[1] * 30)), "", stiffness
+    except RotorsimError as error:
+        return None, str(error), stiffness
+
+
+def _direct(bearing: BearingPart, speed: float) -> np.ndarray:
+    """Direct stiffness (2,) [N/m] of a bearing without a film at a speed [rad/s]."""
+    assert bearing.coefficients is not None
+    K = bearing.at(speed)[0] if isinstance(bearing, TableBearing) else bearing.coefficients[0]
+    return np.diag(K)
+
+
+def _checks(r: DesignReview) -> Iterator[Check]:
+    yield from _margin_checks(r)
+    yield from _stability_checks(r)
+    yield from _clearance_checks(r)
+    yield from _balance_checks(r)
+    yield from _zone_checks(r)
+    if r.sensitivity is None:
+        yield Check("Largest sensitivity of the control loop", "zone A or B: below 4", "-", OPEN, "sensitivity",
+                    "no law was given")  # fmt: skip
+    else:
+        zone = standards.sensitivity_zone(r.sensitivity)
+        yield Check("Largest sensitivity of the control loop", "zone A or B: below 4",
+                    f"{r.sensitivity:.3g}, zone {zone}", MET if zone in "AB" else MISSED, "sensitivity")  # fmt: skip
+
+
+def _margin_checks(r: DesignReview) -> Iterator[Check]:
+    asking = [m for m in r.criticals if margin_of(m, r)[0] > 0 and (m.peak is not None or not is_steady(r, m.speed))]
+    for mode in asking:
+        asked, found = margin_of(mode, r)
+        at = mode.speed if mode.peak is None else mode.peak.speed
+        how = mode.driven_by if mode.peak is not None else "1/(2 zeta): no response is steady there, a mode grows"
+        yield Check(f"Separation margin of {at * TO_RPM:.0f} rpm", f"{asked:.1f} %", f"{found:.1f} %",
+                    MET if found >= asked else MISSED, "margin",
+                    f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
+    if not asking:
+        known = "no peak of the response needs a margin" if r.criticals else "no mode crosses 1X"
+        yield Check("Separation margins", "16 % below, 26 % above at most", known, MET, "margin")
+    for a, b in r.open_speeds:
+        yield Check(f"Critical speeds from {a * TO_RPM:.0f} to {b * TO_RPM:.0f} rpm", "looked for", "-", OPEN, "margin",
+                    "the film does not carry there, or the number of modes is not proven")  # fmt: skip
+
+
+def is_steady(r: DesignReview, speed: float) -> bool:
+    """Whether every mode decays at a speed [rad/s], so that the response to unbalance is steady."""
+    return bool(np.interp(speed, r.responses["speed"].values, r.responses["zeta_least"].values) >= 0)
+
+
+def margin_of(mode: CriticalSpeed, r: DesignReview) -> tuple[float, float]:
+    """Separation margin [%] that a critical speed needs and has; that of its peak where the response has one."""
+    at = mode.speed if mode.peak is None else mode.peak.speed
+    return standards.required_margin(mode.amplification, at > r.high), standards.found_margin(at, r.low, r.high)
+
+
+def first_forward(r: DesignReview) -> CriticalSpeed | None:
+    """The forward critical speed of the lowest speed."""
+    return next((m for m in r.criticals if m.whirl == "forward"), None)
+
+
+def _stability_checks(r: DesignReview) -> Iterator[Check]:
+    at = r.decrements["speed"].values
+    least = r.decrements.values[operating(at, r.low, r.high)]
+    name, asked = "Least logarithmic decrement at the operating speeds", f"{standards.LEAST_DECREMENT:g}"
+    if not np.isfinite(least).all():
+        yield Check(name, asked, "-", OPEN, "decrement", "the film does not carry, or no mode lies in the region")
+    else:
+        low = float(least.min())
+        yield Check(name, asked, f"{low:.3g}", MET if low >= standards.LEAST_DECREMENT else MISSED, "decrement",
+                    "all modes with a damping ratio below 0.5; without the cross-coupling of process gas that Level 1 "
+                    "of API 617 adds")  # fmt: skip
+    speed, frequency, looked = r.onset
+    top = f"above {r.high * TO_RPM:.0f} rpm"
+    if np.isfinite(speed):
+        found = f"{speed * TO_RPM:.0f} rpm, whirl at {frequency / (2 * np.pi):.4g} Hz"
+        yield Check("Onset of whirl", top, found, MET if speed > r.high else MISSED, "onset")
+    elif looked:
+        yield Check("Onset of whirl", top, f"none up to {BEYOND * r.high * TO_RPM:.0f} rpm", MET, "onset")
+    else:
+        yield Check("Onset of whirl", top, "-", OPEN, "onset", "the film does not carry, or a mode may be missing")
+
+
+def _clearance_checks(r: DesignReview) -> Iterator[Check]:
+    worst: dict[str, Clearance] = {}
+    for one in r.clearances:
+        share = one.motion / one.gap
+        if one.place not in worst or not share <= worst[one.place].motion / worst[one.place].gap:
+            worst[one.place] = one
+    for place, one in worst.items():
+        name, share = f"Motion in the clearance of {place}", 100 * one.motion / one.gap
+        if not np.isfinite(share):
+            why = "no response is steady at the operating speeds, which gives the scale"
+            why = why if np.isfinite(one.gap) else "the machine file states no clearance"
+            yield Check(name, "75 % at most", "-", OPEN, "clearance", why)
+            continue
+        found = f"{share:.3g} % of {one.gap * TO_UM:.4g} um at {one.speed * TO_RPM:.0f} rpm"
+        verdict = MET if share <= 100 * standards.CLEARANCE else MISSED
+        yield Check(name, "75 % at most", found, verdict, "clearance", one.case)
+    yield Check("Motion in other close clearances (impellers, seals)", "75 % at most", "-", OPEN, "clearance",
+                "a machine file states those of films and rubs alone")  # fmt: skip
+
+
+def _balance_checks(r: DesignReview) -> Iterator[Check]:
+    total = sum(one.me for one in r.file_case.unbalances)
+    if r.file_case.name != "machine file":
+        yield Check("Unbalance of the rotor", "G 2.5", "-", OPEN, "grade", "the machine file states no unbalance")
+        return
+    grade = 1e3 * total * r.high / r.plant.machine.mass
+    asked = standards.permissible_unbalance(2.5, r.plant.machine.mass, r.high)
+    yield Check("Unbalance of the machine file, all planes", f"G 2.5: {asked * 1e6:.3g} g mm",
+                f"{total * 1e6:.3g} g mm, G {grade:.2g}", MET if total <= asked else MISSED, "grade",
+                "G 2.5 is usual for turbo machines; choose the grade of your contract")  # fmt: skip
+    residual = standards.residual_unbalance(float(np.abs(r.loads).sum()), r.high)
+    yield Check("Unbalance of the machine file, all planes", f"4 W/N: {residual * 1e6:.3g} g mm",
+                f"{total * 1e6:.3g} g mm", MET if total <= residual else MISSED, "unbalance")  # fmt: skip
+
+
+def _zone_checks(r: DesignReview) -> Iterator[Check]:
+    rpm = r.high * TO_RPM
+    scope = standards.SCOPE[0] <= rpm <= standards.SCOPE[1]
+    at = r.responses["speed"].values
+    for probe, z in r.probes.items():
+        motion = float(np.interp(r.high, at, r.motion(r.file_case.name, z)))
+        name, limit = f"Shaft vibration at {probe}, {r.file_case.name}", standards.SHAFT_ZONES["B"] / np.sqrt(rpm)
+        if not np.isfinite(motion) or not is_steady(r, r.high):
+            yield Check(name, f"zone A or B: below {limit * TO_UM:.3g} um pk-pk", "-", OPEN, "zones",
+                        "a mode grows, or no response is known")  # fmt: skip
+            continue
+        zone = standards.shaft_zone(motion, r.high)
+        remark = "" if scope else "outside the speeds of the standard: for orientation"
+        verdict = MET if zone in "AB" else MISSED
+        yield Check(name, f"zone A or B: below {limit * TO_UM:.3g} um pk-pk",
+                    f"{motion * TO_UM:.3g} um pk-pk, zone {zone}", verdict if scope else OPEN, "zones",
+                    remark)  # fmt: skip
+        asked = standards.vibration_limit(r.high)
+        yield Check(name, f"Avl: {asked * TO_UM:.3g} um pk-pk", f"{motion * TO_UM:.3g} um pk-pk",
+                    MET if motion <= asked else MISSED, "vibration")  # fmt: skip

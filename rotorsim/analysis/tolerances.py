@@ -1,0 +1,615 @@
+r"""Random machines within their tolerances: distributions of quantities, probability of a miss, what matters most.
+
+The values that vary are a Latin hypercube, uniform within the tolerance or normal with half of it as the standard
+deviation. A star in a path stands for entries that vary each by itself, as parts that are made one by one do.
+
+Critical speeds and the onset of whirl of the nominal machine are searched wholly. Those of a random machine are
+followed from there: with the mode's eigenvalue s at the speed, a chord's step on
+
+.. math:: g(\Omega) = |s| - \Omega \quad \text{or} \quad g(\Omega) = \zeta
+
+from a start that a regression over the machines before predicts, until it is below 1e-3. Some of the machines are
+searched wholly too, and the largest difference is stated.
+
+The share of a value in the scatter of a quantity is that of the regression of ranks, beta_i rho_i: the standardised
+coefficient times the correlation; they add up to its R^2 (Saltelli et al. 2008). The interval of a probability is that
+of Clopper and Pearson, which is wider than a Latin hypercube needs.
+
+Cites: clopper_1934, saltelli_2008.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fe_shaft.pencil import Modes
+from fe_shaft.spectrum import refined
+from rotorsim.analysis.campbell import crossing_numbers, highest_speed
+from rotorsim.analysis.modes_over_speed import modes_over_speed
+from rotorsim.analysis.supply import felt
+from rotorsim.analysis.sweep_definition import QUANTITIES, Analysis, SweepQuantity, read_quantities
+from rotorsim.analysis.targets import split, value_at
+from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
+from rotorsim.base.display import did_you_mean
+from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, RotorsimError
+from rotorsim.base.files import make_folder, write_text
+from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.processes import one_thread, spread
+from rotorsim.base.rounding import whirl_sense
+from rotorsim.base.units import NUMBER, TABLE as UNITS, TO_RPM, parse
+from rotorsim.machine.file_text import expanded
+from rotorsim.machine.schema import Machine
+from rotorsim.plant.plant import Plant, as_plant, point
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CLOSE, MOST_STEPS = 1e-3, 8
+"""Relative step after which a followed speed is known to some 1e-4, and steps after which it is searched wholly."""
+PILOT, CHUNK, WHOLE = 40, 10, 3
+"""Machines that are followed from the nominal one, machines of one task, and machines that are searched wholly."""
+STEP = 1e-3
+"""Relative step of the slope of a followed quantity."""
+AGREED = 1e-3
+"""Largest relative difference to a whole search for which the followed ones count as confirmed."""
+SURE = 0.95
+"""Level of an interval of confidence."""
+SIGMAS = 2.0
+"""Standard deviations that the tolerance of a normal value stands for."""
+CRITICALS = "criticals"
+DEFAULT = ("onset", "flow", CRITICALS)
+TOLERANCE = re.compile(
+    rf"\s*(?P<path>[^=\s]+)\s*=\s*(?:(?P<centre>{NUMBER}\s*[^+\s±][^+±]*?|{NUMBER}))?\s*(?:\+-|\+/-|±)\s*"
+    rf"(?P<half>{NUMBER})\s*(?P<unit>%|\S*?)\s*(?P<law>normal|uniform)?\s*", re.ASCII | re.IGNORECASE,
+)  # fmt: skip
+REQUIREMENT = re.compile(r"\s*(\w+)\s*([<>])\s*(.+?)\s*", re.ASCII)
+Spread = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[tuple[int, Any]]]
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A value that varies: path, centre and tolerance in its unit, and whether it is normal or uniform."""
+
+    path: str
+    centre: float
+    half: float
+    unit: str
+    normal: bool = False
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Values (n,) at shares (n,) between 0 and 1 of the probability."""
+        if not self.normal:
+            return np.asarray(self.centre + self.half * (2 * share - 1))
+        from scipy.stats import norm
+
+        return np.asarray(self.centre + self.half / SIGMAS * norm.ppf(share))
+
+    def si(self, value: float) -> float:
+        """A value in SI."""
+        return value * _factor(self.unit)
+
+    def text(self, value: float) -> str | float:
+        """A value as a machine file has it."""
+        return f"{value:.12g} {self.unit}" if self.unit else float(value)
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A limit of a quantity [SI], from below or above."""
+
+    quantity: str
+    above: bool
+    limit: float
+    text: str
+
+
+def read_variations(texts: Iterable[str], machine: Machine) -> tuple[Variation, ...]:
+    """Variations of texts 'PATH=18 um +- 2 um normal, PATH=+- 10 %'; raises DataError or MachineFileError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> from rotorsim.analysis.tolerances import read_variations
+    >>> found = read_variations(["bearings.*.clearance=+- 10 %"], rs.load_machine("aerostatic_spindle"))
+    >>> [(one.path, one.centre, one.half, one.unit) for one in found]
+    [('bearings.0.clearance', 20.0, 2.0, 'um'), ('bearings.1.clearance', 20.0, 2.0, 'um')]
+    """
+    found: list[Variation] = []
+    for text in (part for given in texts for part in given.split(",") if part.strip()):
+        match = TOLERANCE.fullmatch(text)
+        if match is None:
+            raise DataError(
+                f"--vary: '{text.strip()}' is not PATH=VALUE +- TOLERANCE; write e.g. "
+                "'bearings.*.clearance=18 um +- 2 um' or 'bearings.*.clearance=+- 10 % normal'",
+                argument="vary",
+                value=text,
+            )
+        for path in expanded(machine.text, match["path"]):
+            found.append(_variation(path, match, machine))
+    if not found:
+        raise DataError("--vary: no value varies; write e.g. 'bearings.*.clearance=+- 10 %'", argument="vary")
+    paths = [one.path for one in found]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise DataError(f"--vary: {path} is given twice; write it once", argument="vary", value=path)
+    for one in found:
+        for share in (-1.0, 1.0):
+            machine.replace(one.path, one.text(one.centre + share * one.half))
+    return tuple(found)
+
+
+def _variation(path: str, match: re.Match[str], machine: Machine) -> Variation:
+    number, unit = split(path, value_at(machine.text, path) if match["centre"] is None else _plain(match["centre"]))
+    half = float(match["half"])
+    if match["unit"] == "%":
+        half = abs(number) * half / 100
+    elif match["unit"] != unit:
+        half = _converted(path, half, match["unit"], unit)
+    if not half > 0:
+        raise DataError(f"--vary: the tolerance of {path} is not above 0", argument="vary", value=path)
+    return Variation(path, number, half, unit, (match["law"] or "").lower() == "normal")
+
+
+def _plain(text: str) -> str | float:
+    try:
+        return float(text)
+    except ValueError:
+        return text.strip()
+
+
+def _factor(unit: str) -> float:
+    """SI value of one of a unit of machine files."""
+    kinds = (kind.factors for kind in UNITS.values())
+    return next((float(factors[unit]) for factors in kinds if unit in factors), 1.0)
+
+
+def _converted(path: str, half: float, unit: str, wanted: str) -> float:
+    """A tolerance in the unit of its value."""
+    if any(unit in kind.factors and wanted in kind.factors for kind in UNITS.values()):
+        return half * _factor(unit) / _factor(wanted)
+    raise DataError(f"--vary: the tolerance of {path} is in '{unit}', its value in '{wanted}'; use one unit")
+
+
+def read_requirements(texts: Iterable[str], names: Sequence[str]) -> tuple[Requirement, ...]:
+    """Requirements of texts 'onset > 30000 rpm'; `names` are the quantities there are; raises DataError."""
+    found = []
+    for text in texts:
+        match = REQUIREMENT.fullmatch(text)
+        if match is None:
+            raise DataError(f"--require: '{text}' is not QUANTITY > VALUE; write e.g. 'onset > 30000 rpm'")
+        if match[1] not in names:
+            raise DataError(f"--require: '{match[1]}' is none of the quantities; {did_you_mean(match[1], names)}")
+        try:
+            limit = float(parse(match[3], unit_of(match[1])))
+        except ValueError as error:
+            raise DataError(f"--require: {error}") from error
+        found.append(Requirement(match[1], match[2] == ">", limit, text.strip()))
+    return tuple(found)
+
+
+def quantity_of(name: str) -> SweepQuantity:
+    """Quantity of a name; critical speeds are `critical_1` and so on."""
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    return SweepQuantity(name, "rad/s", "rpm", TO_RPM, "highest", f"critical speed {name.rpartition('_')[2]}")
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a quantity."""
+    return quantity_of(name).unit
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedSpeed:
+    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode, its whirl."""
+
+    name: str
+    speed: float
+    slope: float
+    mode: Modes
+    whirl: str
+
+    def measure(self, modes: Modes, speed: float) -> float:
+        """Function g whose zero is the speed: |s| less the speed, or the damping ratio."""
+        s = complex(modes.values[np.abs(modes.values - self.mode.values[0]).argmin()])
+        return -s.real / abs(s) if self.name == "onset" else abs(s) - speed
+
+    def of(self, plant: Plant, pressure: float, start: float) -> float | None:
+        """The speed [rad/s] of another machine, from a start; None where the mode is not found again."""
+        speed, seed = start, self.mode
+        for _ in range(MOST_STEPS):
+            with one_thread():
+                seed = refined(model := plant.linearise(speed, pressure), seed)
+            if not len(seed.values) or model.size != len(seed.right):
+                return None
+            step = self.measure(seed, speed) / self.slope
+            speed -= step
+            if not 0 < speed < 10 * self.speed:
+                return None
+            if abs(step) < CLOSE * speed:
+                return speed
+        return None
+
+
+def followed_speeds(plant: Plant, pressure: float, highest: float, what: Sequence[str]) -> list[FollowedSpeed]:
+    """The critical speeds of 1X and the onset of the nominal machine up to a speed [rad/s], as far as asked for."""
+    found = []
+    if CRITICALS in what:
+        every = modes_over_speed(plant, [0.0, highest], pressure, orders=(1,)).crossings
+        inside = [one for one in every if 0 < one.at <= highest]
+        senses = whirl_sense(crossing_numbers(inside)[:, 4]) if inside else []
+        for k, (one, sense) in enumerate(zip(inside, senses, strict=True), 1):
+            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes), str(sense)))
+    if "onset" in what:
+        onset, frequency, _ = stability_limit(plant, pressure, highest)
+        if np.isfinite(onset) and frequency:
+            search = LeastDamped.up_to(plant, pressure, highest)
+            search.at(onset)
+            modes = search.known[-1]
+            found.append(FollowedSpeed("onset", onset, 1.0, _take(modes, 1j * frequency), ""))
+    return [replace(one, slope=_slope(plant, pressure, one)) for one in found]
+
+
+def _take(modes: Modes, value: complex) -> Modes:
+    return _bare(modes.take(np.abs(modes.values - value) == np.abs(modes.values - value).min()))
+
+
+def _bare(modes: Modes) -> Modes:
+    """Modes as they travel to another process: without the counting of their region."""
+    return Modes(modes.values, modes.right, modes.left)
+
+
+def _slope(plant: Plant, pressure: float, one: FollowedSpeed) -> float:
+    """Slope of g at the speed of the nominal machine."""
+    sides = [one.speed * (1 + STEP), one.speed * (1 - STEP)]
+    with one_thread():
+        high, low = (one.measure(refined(plant.linearise(v, pressure), one.mode), v) for v in sides)
+    return (high - low) / (sides[0] - sides[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is computed of every machine: nominal text, paths, followed speeds, analyses, pressure, highest speed."""
+
+    text: str
+    paths: tuple[str, ...]
+    followed: tuple[FollowedSpeed, ...]
+    analyses: tuple[Analysis, ...]
+    onset: bool
+    flow: bool
+    speed: float
+    pressure: float
+    highest: float
+
+
+def _rows(task: Task, machines: Sequence[tuple[Any, ...]], starts: Sequence[Sequence[float]]) -> list[dict[str, float]]:
+    """Quantities [SI] of machines with these values, in this process or another."""
+    nominal = Machine.from_text(task.text)
+    return [_row(task, nominal, values, start) for values, start in zip(machines, starts, strict=True)]
+
+
+def _row(task: Task, nominal: Machine, values: Sequence[float], starts: Sequence[float]) -> dict[str, float]:
+    row: dict[str, float] = {}
+    try:
+        plant = Plant(nominal.with_(dict(zip(task.paths, values, strict=True))))
+    except RotorsimError:
+        return row
+    try:
+        for one, start in zip(task.followed, starts, strict=True):
+            speed = one.of(plant, task.pressure, start)
+            if speed is None and one.name == "onset":
+                speed = stability_limit(plant, task.pressure, task.highest)[0]
+            row[one.name] = float("nan") if speed is None else speed
+        if task.onset:
+            row["onset"] = stability_limit(plant, task.pressure, task.highest)[0]
+        if task.flow:
+            row["flow"] = float(plant.equilibrium(task.speed, task.pressure).mass_flow.sum())
+    except (NoLiftOffError, ConvergenceError):
+        pass
+    for analysis in task.analyses:
+        row |= {name: float("nan") if v is None else v for name, v in analysis.run(plant).items() if name != "reason"}
+    return row
+
+
+def _whole(task: Task, values: Sequence[Any]) -> dict[str, float]:
+    """Followed quantities [SI] of a machine, each searched wholly and the nearest one of its kind taken."""
+    plant = Plant(Machine.from_text(task.text).with_(dict(zip(task.paths, values, strict=True))))
+    found: dict[str, float] = {}
+    names = [CRITICALS] if any(one.name != "onset" for one in task.followed) else []
+    every = followed_speeds(plant, task.pressure, task.highest, names)
+    for one in task.followed:
+        if one.name == "onset":
+            found["onset"] = stability_limit(plant, task.pressure, task.highest)[0]
+        elif same := [other.speed for other in every if other.whirl == one.whirl]:
+            found[one.name] = min(same, key=lambda v: abs(v - one.speed))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class RandomResult:
+    """Random machines: `data` has the values that vary, in their units, and quantities [SI], over the sample.
+
+    `nominal` holds the quantities of the nominal machine, `confirmed` the largest relative difference of followed
+    quantities to those of whole searches.
+    """
+
+    data: xr.Dataset
+    variations: tuple[Variation, ...]
+    quantities: tuple[SweepQuantity, ...]
+    requirements: tuple[Requirement, ...]
+    nominal: dict[str, float]
+    confirmed: dict[str, float]
+
+    def distribution(self, name: str) -> dict[str, float]:
+        """Mean, standard deviation, 5, 50 and 95 % of a quantity in its shown unit, and the number not known."""
+        quantity = quantity_of(name)
+        values = self.data[name].values * quantity.factor
+        known = values[np.isfinite(values)]
+        low, middle, high = np.quantile(known, [0.05, 0.5, 0.95]) if known.size else [np.nan] * 3
+        return {
+            "nominal": self.nominal.get(name, float("nan")) * quantity.factor,
+            "mean": float(known.mean()) if known.size else float("nan"),
+            "deviation": float(known.std(ddof=1)) if known.size > 1 else float("nan"),
+            "5 %": float(low), "50 %": float(middle), "95 %": float(high), "not known": int(len(values) - known.size),
+        }  # fmt: skip
+
+    def misses(self, requirement: Requirement) -> tuple[int, int, float, float, float]:
+        """Machines that miss a requirement, those not known among them, probability and its interval.
+
+        A quantity that is not known counts as a miss.
+        """
+        values = self.data[requirement.quantity].values
+        kept = values > requirement.limit if requirement.above else values < requirement.limit
+        missed, unknown, n = int((~kept).sum()), int((~np.isfinite(values)).sum()), len(values)
+        return missed, unknown, missed / n, *clopper_pearson(missed, n)
+
+    def shares(self, name: str) -> tuple[dict[str, float], float]:
+        """Share of every value in the scatter of a quantity by regression of ranks, and R^2."""
+        known = np.isfinite(self.data[name].values)
+        X = np.column_stack([self.data[one.path].values[known] for one in self.variations])
+        return rank_shares(X, self.data[name].values[known], [one.path for one in self.variations])
+
+    def table(self) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+        """Head with units and a row a machine; None where there is no number."""
+        head = [f"{one.path} [{one.unit or '1'}]" for one in self.variations] + [q.heading for q in self.quantities]
+        columns = [self.data[one.path].values for one in self.variations]
+        columns += [self.data[q.name].values * q.factor for q in self.quantities]
+        return tuple(head), [tuple(float(v) if np.isfinite(v) else None for v in row) for row in np.transpose(columns)]
+
+    def numbers(self) -> dict[str, Any]:
+        """Distributions, probabilities and shares as plain values."""
+        names = [q.name for q in self.quantities]
+        shares = {name: self.shares(name) for name in names}
+        misses = {one.text: self.misses(one) for one in self.requirements}
+        return {
+            "machines": self.data.sizes["sample"],
+            "distributions": {f"{n} [{quantity_of(n).shown}]": self.distribution(n) for n in names},
+            "misses": {text: dict(zip(("missed", "not_known", "probability", "low", "high"), m, strict=True))
+                       for text, m in misses.items()},
+            "shares": {name: {"r2": r2, **by} for name, (by, r2) in shares.items()},
+            "difference_to_whole_searches": self.confirmed,
+        }  # fmt: skip
+
+    def write(self, folder: str | Path) -> dict[str, str]:
+        """Write `random.nc` (SI) and `random.csv` (units in its head) into a folder; returns the paths by kind."""
+        folder = make_folder(folder)
+        write_netcdf(folder / NETCDF, self.data.rename({p.path: p.path.replace(".", "_") for p in self.variations}))
+        text = io.StringIO()
+        head, rows = self.table()
+        csv.writer(text).writerows([head, *rows])
+        write_text(folder / TABLE, text.getvalue())
+        return {"random": str(folder / NETCDF), "table": str(folder / TABLE)}
+
+
+NETCDF, TABLE = "random.nc", "random.csv"
+
+
+def clopper_pearson(k: int, n: int, level: float = SURE) -> tuple[float, float]:
+    """Interval of the probability of an event that was seen k times in n.
+
+    Examples
+    --------
+    >>> from rotorsim.analysis.tolerances import clopper_pearson
+    >>> [round(p, 4) for p in clopper_pearson(0, 100)]
+    [0.0, 0.0362]
+    """
+    from scipy.stats import beta
+
+    tail = (1 - level) / 2
+    low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
+    return low, float(beta.ppf(1 - tail, k + 1, n - k)) if k < n else 1.0
+
+
+def rank_shares(X: np.ndarray, y: np.ndarray, names: Sequence[str]) -> tuple[dict[str, float], float]:
+    """Shares of columns of X (n, k) in the scatter of y (n,) by regression of ranks, and R^2; zeros without scatter.
+
+    Examples
+    --------
+    >>> from rotorsim.analysis.tolerances import rank_shares
+    >>> x = np.arange(8.0)
+    >>> rank_shares(np.column_stack([x, np.resize([0.0, 1.0], 8)]), x**3, ("a", "b"))[0]["a"].__round__(9)
+    1.0
+    """
+    from scipy.stats import rankdata
+
+    if len(y) < X.shape[1] + 2 or np.ptp(y) == 0:
+        return dict.fromkeys(names, 0.0), 0.0
+    ranks = np.column_stack([rankdata(column) for column in X.T] + [rankdata(y)])
+    ranks = (ranks - ranks.mean(axis=0)) / np.where(ranks.std(axis=0) > 0, ranks.std(axis=0), 1.0)
+    A, b = ranks[:, :-1], ranks[:, -1]
+    shares = np.linalg.lstsq(A, b, rcond=None)[0] * (A.T @ b / len(b))
+    return dict(zip(names, shares.tolist(), strict=True)), float(shares.sum())
+
+
+def random_machines(
+    machine: Plant | Machine | str,
+    vary: str | Sequence[str],
+    count: int = 500,
+    what: str | Sequence[str] = DEFAULT,
+    require: Sequence[str] = (),
+    speed: float | str = 0.0,
+    pressure: float | str = 0.5e6,
+    highest: float | str | None = None,
+    seed: int = 0,
+    workers: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+    each: Spread | None = None,
+) -> RandomResult:
+    """Quantities of machines whose values are random within tolerances.
+
+    Parameters
+    ----------
+    machine : Plant, Machine or str
+        The nominal machine, its name or its file.
+    vary : str or sequence of str
+        Values with tolerances: 'bearings.*.clearance=18 um +- 2 um', '+- 10 %' of the machine's own value, 'normal'
+        behind it for a normal distribution of which the tolerance is two standard deviations.
+    count : int
+        Machines.
+    what : str or sequence of str
+        Quantities of `sweep`, and 'criticals' for the critical speeds of 1X.
+    require : sequence of str
+        Limits: 'onset > 30000 rpm'.
+    speed, pressure : float or str
+        Operating point [rad/s], [Pa, gauge].
+    highest : float or str, optional
+        Speed [rad/s] up to which onset and critical speeds of the nominal machine are searched.
+    seed : int
+        Makes the Latin hypercube.
+    workers : int
+        Processes.
+    progress : callable, optional
+        Called with the machines done and in all.
+    each : callable, optional
+        Calls a function for a sequence of arguments, as `rotorsim.base.processes.spread` does; by default on `workers`.
+
+    Raises
+    ------
+    DataError, MachineFileError
+        For values, quantities or limits that cannot be read.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.random_machines("plain_rotor", "discs.0.mass=+- 5 %", 20, "criticals")
+    >>> found.data.sizes["sample"]
+    20
+    """
+    plant = as_plant(machine)
+    names = tuple(part.strip() for part in what.split(",")) if isinstance(what, str) else tuple(what)
+    variations = read_variations([vary] if isinstance(vary, str) else vary, plant.machine)
+    if count < 2 or seed < 0:
+        raise DataError(f"random: {count} machines, seed {seed}; give 2 machines or more and a seed from 0")
+    task = _task(plant, names, variations, *point(speed, pressure), highest)
+    task_names = [one.name for one in task.followed] + ["onset"] * task.onset + ["flow"] * task.flow
+    task_names += [name for one in task.analyses for name in one.quantities if name in names]
+    requirements = read_requirements(require, task_names)
+    from scipy.stats import qmc
+
+    shares = qmc.LatinHypercube(len(variations), rng=np.random.default_rng(seed)).random(count)
+    values = np.column_stack([one.at(column) for one, column in zip(variations, shares.T, strict=True)])
+    machines = [tuple(v.si(x) for v, x in zip(variations, row, strict=True)) for row in values]
+    run = each or (lambda function, calls: spread(function, calls, workers))
+    rows = _all_rows(task, machines, shares, run, progress)
+    confirmed = _confirmed(task, machines, rows, run)
+    return _result(plant, task, variations, values, rows, task_names, requirements, confirmed)
+
+
+def _task(
+    plant: Plant, names: Sequence[str], variations: Sequence[Variation], speed: float, pressure: float,
+    highest: float | str | None,
+) -> Task:  # fmt: skip
+    """What is computed of every machine, after the nominal one was searched."""
+    plain = [name for name in names if name != CRITICALS]
+    quantities = read_quantities(plain, plant.machine) if plain else ()
+    pressure = float(felt([plant.machine], [pressure])[0])
+    top = highest_speed(plant) if highest is None else point(highest, 0.0)[0]
+    followed = tuple(followed_speeds(plant, pressure, top, names))
+    kinds = dict.fromkeys(q.kind for q in quantities if q.name not in ("onset", "flow"))
+    fixed = {"speed": speed, "pressure": pressure, "highest_speed": top}
+    analyses = tuple(kind(**{k: v for k, v in fixed.items() if k in kind.__dataclass_fields__}) for kind in kinds)
+    lone = "onset" in names and not any(one.name == "onset" for one in followed)
+    paths = tuple(v.path for v in variations)
+    return Task(plant.machine.text, paths, followed, analyses, lone, "flow" in names, speed, pressure, top)
+
+
+def _all_rows(
+    task: Task, machines: Sequence[tuple[Any, ...]], shares: np.ndarray, run: Spread,
+    progress: Callable[[int, int], None] | None,
+) -> list[dict[str, float]]:  # fmt: skip
+    """Rows of all machines: first those that start at the nominal speeds, then those whose starts are predicted."""
+    rows: list[dict[str, float]] = [{} for _ in machines]
+    starts = np.tile([one.speed for one in task.followed], (len(machines), 1))
+    for part in (range(min(PILOT, len(machines))), range(min(PILOT, len(machines)), len(machines))):
+        if part.start:
+            starts[part.start :] = _predicted(task, rows[: part.start], shares)[part.start :]
+        chunks = [part[i : i + CHUNK] for i in range(0, len(part), CHUNK)]
+        calls = [(task, [machines[k] for k in chunk], [starts[k].tolist() for k in chunk]) for chunk in chunks]
+        for number, found in run(_rows, calls) if calls else ():
+            for k, row in zip(chunks[number], found, strict=True):
+                rows[k] = row
+            if progress:
+                progress(sum(map(bool, rows)), len(rows))
+    return rows
+
+
+def _predicted(task: Task, rows: Sequence[dict[str, float]], shares: np.ndarray) -> np.ndarray:
+    """Starts (machines, followed) [rad/s]: regression of the speeds so far on the values, squares where enough."""
+    centred = 2 * shares - 1
+    terms = [np.ones(len(shares)), *centred.T]
+    if len(rows) > 3 * (2 * shares.shape[1] + 1):
+        terms += list((centred**2).T)
+    A, starts = np.column_stack(terms), np.empty((len(shares), len(task.followed)))
+    for k, one in enumerate(task.followed):
+        y = np.array([row.get(one.name, np.nan) for row in rows])
+        known = np.isfinite(y)
+        if known.sum() <= A.shape[1]:
+            starts[:, k] = one.speed
+            continue
+        starts[:, k] = A @ np.linalg.lstsq(A[: len(rows)][known], y[known], rcond=None)[0]
+        starts[:, k] = np.clip(starts[:, k], 0.5 * one.speed, 2 * one.speed)
+    return starts
+
+
+def _confirmed(task: Task, machines: Sequence[Any], rows: Sequence[dict[str, float]], run: Spread) -> dict[str, float]:
+    """Largest relative difference of each followed quantity to whole searches of some of the machines."""
+    if not task.followed:
+        return {}
+    chosen = np.unique(np.linspace(0, len(machines) - 1, WHOLE).round().astype(int)).tolist()
+    worst: dict[str, float] = {one.name: 0.0 for one in task.followed}
+    for number, whole in run(_whole, [(task, machines[k]) for k in chosen]):
+        row = rows[chosen[number]]
+        for name in worst:
+            a, b = row.get(name, np.nan), whole.get(name, np.nan)
+            apart = 0.0 if np.isnan(a) and np.isnan(b) else abs(a / b - 1)
+            worst[name] = max(worst[name], apart if np.isfinite(apart) else float("inf"))
+    return worst
+
+
+def _result(
+    plant: Plant, task: Task, variations: tuple[Variation, ...], values: np.ndarray, rows: Sequence[dict[str, float]],
+    names: Sequence[str], requirements: tuple[Requirement, ...], confirmed: dict[str, float],
+) -> RandomResult:  # fmt: skip
+    import xarray as xr
+
+    columns: dict[str, Any] = {
+        one.path: ("sample", values[:, k], {"units": one.unit or "1", "long_name": one.path})
+        for k, one in enumerate(variations)
+    }
+    quantities = tuple(quantity_of(name) for name in dict.fromkeys(names))
+    whirls = {one.name: one.whirl for one in task.followed}
+    for q in quantities:
+        label = {"units": q.unit, "long_name": q.meaning} | ({"whirl": whirls[q.name]} if whirls.get(q.name) else {})
+        columns[q.name] = ("sample", np.array([row.get(q.name, np.nan) for row in rows]), label)
+    centre = [tuple(one.si(one.centre) for one in variations)]
+    nominal = _rows(task, centre, [[one.speed for one in task.followed]])[0]
+    attrs = plant.provenance() | {"kind": "random", "pressure": task.pressure, "highest_speed": task.highest}
+    return RandomResult(xr.Dataset(columns, attrs=attrs), variations, quantities, requirements, nominal, confirmed)

@@ -1,0 +1,416 @@
+"""Page of a design review: requirements first, then a drawing to scale, modes, responses, clearances, films, rules."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from rotorsim.analysis import standards
+from rotorsim.analysis.design_review import (
+    BEYOND,
+    MET,
+    MISSED,
+    OPEN,
+    CriticalSpeed,
+    DesignReview,
+    drawn_places,
+    first_forward,
+    margin_of,
+    operating,
+)
+from rotorsim.base.cache import installed
+from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
+from rotorsim.report.machine_sketch import machine_drawing
+from rotorsim.report.page import INK, NEUTRAL, PIN_COLOURS, UNSAFE, Block, Page, curve, page_of, style
+from rotorsim.report.units import quantity
+
+SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
+COLUMNS, PANEL = 2, 190
+"""Columns of the mode shapes, and height [px] of a panel."""
+Cells = Sequence[Any]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the page, of JSON and of a CSV file: heads with units in brackets, and rows."""
+
+    title: str
+    text: str
+    heads: tuple[str, ...]
+    rows: Sequence[Cells]
+
+    def csv(self) -> str:
+        """The table as CSV."""
+        text = io.StringIO()
+        csv.writer(text).writerows([self.heads, *self.rows])
+        return text.getvalue()
+
+
+def tables(review: DesignReview) -> dict[str, Table]:
+    """Tables of a review by the names of their files."""
+    made = (_requirements, _criticals, _unbalances, _clearances, _grades, _zones, _films, _rules)
+    return {make.__name__.lstrip("_"): make(review) for make in made}
+
+
+def numbers(review: DesignReview) -> dict[str, Any]:
+    """Every table as a list of rows by its heads, for JSON, with the operating point and the counts of verdicts."""
+    plain = {name: [dict(zip(t.heads, row, strict=True)) for row in t.rows] for name, t in tables(review).items()}
+    return {"machine": review.plant.machine.name, "machine_hash": review.plant.machine.hash,
+            "speeds_rpm": [review.low * TO_RPM, review.high * TO_RPM], "pressure_mpa": review.pressure * TO_MPA,
+            "verdicts": counts(review)} | plain  # fmt: skip
+
+
+def counts(review: DesignReview) -> dict[str, int]:
+    """Number of requirements by verdict."""
+    return {verdict: sum(check.verdict == verdict for check in review.checks) for verdict in (MET, MISSED, OPEN)}
+
+
+@page_of(DesignReview)
+def design_page(review: DesignReview, author: str = "not stated") -> Page:
+    """Page of a design review, with the name of its author."""
+    made, machine = tables(review), review.plant.machine
+    blocks: list[Block] = [
+        Block("Document", rows=_head(review, author)),
+        _block(made["requirements"]),
+        Block("Machine", "To scale. Discs are solid ones of the mass and inertia of the file. Lengths in mm.",
+              figure=machine_drawing(machine), tools=False),
+        _block(made["criticals"], mode_figure(review) if review.criticals else None),
+        _block(made["unbalances"], response_figure(review)),
+        _block(made["clearances"], envelope_figure(review)),
+        Block("Damping over the speed", _damping_text(review), figure=damping_figure(review)),
+        _map_block(review),
+        _block(made["films"]),
+        _block(made["grades"]),
+        _block(made["zones"]),
+        _block(made["rules"]),
+    ]  # fmt: skip
+    about = machine.description or "Design review"
+    return Page(f"{machine.name}: design review", f"{about}. {_point(review)}",
+                [b for b in blocks if b.rows or b.figure or b.text], _key(review))  # fmt: skip
+
+
+def _block(table: Table, figure: go.Figure | None = None) -> Block:
+    return Block(table.title, table.text, table.heads, table.rows, figure) if table.rows or figure else Block("")
+
+
+def _speeds(review: DesignReview) -> str:
+    low, high = (f"{v * TO_RPM:.0f}" for v in (review.low, review.high))
+    return f"{high} rpm" if low == high else f"{low} to {high} rpm"
+
+
+def _point(review: DesignReview) -> str:
+    text = f"Operating speed {_speeds(review)}"
+    text += "" if review.stated else ", the top of its default analyses: the machine file states no highest speed"
+    return text + (f"; supply pressure {quantity(review.pressure * TO_MPA, 'MPa')} gauge." if review.pressure else ".")
+
+
+def _head(review: DesignReview, author: str) -> list[tuple[str, str]]:
+    machine = review.plant.machine
+    loads = zip(machine.bearing_names, review.loads, strict=True)
+    return [
+        ("Date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ("Author", author),
+        ("Program", f"rotorsim {installed('rotorsim')}"),
+        ("Machine", f"{machine.name}, hash {machine.hash}"),
+        ("Rotor", f"{machine.mass:.4g} kg, {quantity(machine.shaft.length * 1e3, 'mm', '.4g')} long"),
+        ("Static loads", ", ".join(f"{name} {quantity(w * 9.80665, 'N', '.4g')}" for name, w in loads)),
+        ("Method", "Equilibria and linear models of film and rotor at each speed; all modes with a damping ratio below "
+                   f"0.5 up to {review.searched[1] * TO_RPM:.0f} rpm"),
+    ]  # fmt: skip
+
+
+def _key(review: DesignReview) -> list[tuple[str, str]]:
+    found, first = counts(review), first_forward(review)
+    speed, _, looked = review.onset
+    none = f"none to {BEYOND * review.high * TO_RPM:.0f} rpm" if looked else "not known"
+    return [
+        (str(found[MISSED]), "requirements not met"), (str(found[OPEN]), "not looked at"), (str(found[MET]), "met"),
+        (f"{first.speed * TO_RPM:.0f} rpm" if first else "-", "first forward critical speed"),
+        (f"{speed * TO_RPM:.0f} rpm" if np.isfinite(speed) else none, "onset of whirl"),
+    ]  # fmt: skip
+
+
+def _requirements(review: DesignReview) -> Table:
+    order = {MISSED: 0, OPEN: 1, MET: 2}
+    rows = [(SIGNS[c.verdict], c.name, c.asked, c.found, standards.RULES[c.rule].clause, c.remark)
+            for c in sorted(review.checks, key=lambda c: order[c.verdict])]  # fmt: skip
+    text = "What was not looked at is no proof of safety. How far each clause could be read stands below, under Rules."
+    return Table("Requirements", text, ("verdict", "requirement", "asked", "found", "rule", "remark"), rows)
+
+
+def _criticals(review: DesignReview) -> Table:
+    rows = []
+    for k, mode in enumerate(review.criticals, 1):
+        asked, found = margin_of(mode, review)
+        peak = mode.peak
+        rows.append((
+            str(k), f"{mode.speed * TO_RPM:.0f}", mode.whirl, mode.decrement,
+            1 / (2 * mode.zeta) if mode.zeta > 0 else "grows",
+            f"{peak.speed * TO_RPM:.0f}" if peak else "no peak", peak.amplification if peak else "-",
+            f"{asked:.1f}" if asked else "none", f"{found:.1f}",
+        ))  # fmt: skip
+    text = (
+        "Crossings of 1X with every mode, ascending. The peak is that of the unbalance response at the probes; its "
+        "factor is by half power, '-' where the flanks are not deep enough, and 1/(2 zeta) counts instead. Drawn: "
+        "deflected lines with bearings (triangles), probes (diamonds) and nodes (rings)."
+    )
+    heads = ("mode", "speed [rpm]", "whirl", "log. decrement", "1/(2 zeta)", "peak [rpm]", "AF, half power",
+             "margin asked [%]", "margin found [%]")  # fmt: skip
+    return Table("Critical speeds and mode shapes", text, heads, rows)
+
+
+def _unbalances(review: DesignReview) -> Table:
+    rows: list[Cells] = []
+    at = review.responses["speed"].values
+    steady = review.responses["zeta_least"].values >= 0
+    within = steady & operating(at, review.low, review.high)
+    for case in review.cases:
+        planes = " + ".join(
+            f"{one.me * 1e6:.3g} at {_at_mm(review, one.position)}" + (", opposed" if one.phase else "")
+            for one in case.unbalances
+        )
+        for probe, z in review.probes.items():
+            sizes = np.where(steady, review.motion(case.name, z), np.nan) * TO_UM
+            k = int(np.nanargmax(sizes)) if np.isfinite(sizes).any() else None
+            rows.append((case.name, planes, probe, "-" if k is None else f"{at[k] * TO_RPM:.0f}",
+                         "-" if k is None else float(sizes[k]),
+                         float(np.nanmax(sizes[within])) if np.isfinite(sizes[within]).any() else "-",
+                         review.scales.get(case.name, float("nan"))))  # fmt: skip
+    text = (
+        f"Static unbalances and couples at the antinodes of the modes, twice 4 W/N oz in (6350 W/N g mm), N = "
+        f"{review.high * TO_RPM:.0f} rpm. Shaded: a mode grows, and no response is steady. The scale brings the worst "
+        "probe at the operating speeds to Avl."
+    )
+    heads = ("case", "unbalance g mm", "probe", "largest at [rpm]", "largest [µm pk-pk]",
+             "at operating speeds [µm pk-pk]", "scale to Avl")  # fmt: skip
+    return Table("Unbalance response", text, heads, rows)
+
+
+def _at_mm(review: DesignReview, position: float | None) -> str:
+    if position is None:
+        position = review.plant.assembly.mesh.place(review.file_case.unbalances[0])
+    return f"{1e3 * position:.4g} mm"
+
+
+def _clearances(review: DesignReview) -> Table:
+    rows = [
+        (c.place, f"{1e3 * c.z:.4g}", c.gap * TO_UM, c.motion * TO_UM, 100 * c.motion / c.gap,
+         f"{c.speed * TO_RPM:.0f}" if np.isfinite(c.speed) else "-", c.case)
+        for c in review.clearances
+    ]  # fmt: skip
+    text = (
+        "Largest motion from rest to the highest speed that is looked at, scaled to Avl, at both ends of every film "
+        "and at rubs. A foil counts as rigid. The rule allows 75 % of the diametral clearance."
+    )
+    heads = ("place", "z [mm]", "diametral clearance [µm]", "scaled motion [µm pk-pk]", "share [%]", "at [rpm]", "case")
+    return Table("Clearances along the shaft", text, heads, rows)
+
+
+def _grades(review: DesignReview) -> Table:
+    mass, total = review.plant.machine.mass, sum(one.me for one in review.file_case.unbalances)
+    rows: list[Cells] = []
+    for grade in standards.GRADES:
+        asked = standards.permissible_unbalance(grade, mass, review.high)
+        rows.append((f"G {grade:g}", asked * 1e6, asked / mass * TO_UM, total * 1e6, "yes" if total <= asked else "no"))
+    residual = standards.residual_unbalance(float(np.abs(review.loads).sum()), review.high)
+    rows.append(("API 4 W/N", residual * 1e6, residual / mass * TO_UM, total * 1e6,
+                 "yes" if total <= residual else "no"))  # fmt: skip
+    text = f"At {review.high * TO_RPM:.0f} rpm, of the whole rotor, all planes. Present: {review.file_case.name}."
+    heads = ("grade", "permissible [g mm]", "eccentricity [µm]", "present [g mm]", "within")
+    return Table("Balance", text, heads, rows)
+
+
+def _zones(review: DesignReview) -> Table:
+    rpm = review.high * TO_RPM
+    rows = [(zone, limit / np.sqrt(rpm) * TO_UM) for zone, limit in standards.SHAFT_ZONES.items()]
+    rows.append(("API Avl", standards.vibration_limit(review.high) * TO_UM))
+    low, high = standards.SCOPE
+    text = "Limits of relative shaft vibration, ISO 20816-3 and API."
+    text += "" if low <= rpm <= high else f" The zones are made for {low:.0f} to {high:.0f} rpm: here for orientation."
+    return Table("Zones of shaft vibration", text, ("zone", "up to [µm pk-pk]"), rows)
+
+
+def _films(review: DesignReview) -> Table:
+    warm = any(f.rises.any() for f in review.films)
+    rows: list[Cells] = [
+        (f.name, f.load, f.eccentricity, f.K[0, 0] * 1e-6, f.K[1, 1] * 1e-6, f.K[0, 1] * 1e-6, f.K[1, 0] * 1e-6,
+         f.C[0, 0] * 1e-3, f.C[1, 1] * 1e-3, f.power, f.flow * 1e6, f"{f.rises[0]:.3g}" if warm else "not modelled")
+        for f in review.films
+    ]  # fmt: skip
+    text = f"At {review.high * TO_RPM:.0f} rpm; stiffness and damping at the frequency of the speed. "
+    text += f"Least film {quantity(review.least_gap * TO_UM, 'µm')}." if review.films else review.not_carried
+    text += "" if warm or not review.films else " Isothermal: add [effects.heat_balance] for temperatures."
+    heads = ("film", "load [N]", "eccentricity ratio", "Kxx [MN/m]", "Kyy [MN/m]", "Kxy [MN/m]", "Kyx [MN/m]",
+             "Cxx [kN s/m]", "Cyy [kN s/m]", "friction [W]", "flow [mg/s]", "gas warmer by [K]")  # fmt: skip
+    has_film = bool(review.plant.machine.films)
+    return Table("Films", text if has_film else "", heads, rows)
+
+
+def _rules(review: DesignReview) -> Table:
+    rows = [(rule.clause, rule.formula, rule.known) for rule in standards.RULES.values()]
+    return Table("Rules", "", ("standard and clause", "rule", "how far it could be verified"), rows)
+
+
+def mode_figure(review: DesignReview) -> go.Figure:
+    """Deflected line of every critical speed with bearings, probes and nodes."""
+    modes, along = review.criticals, drawn_places(review.plant) * 1e3
+    rows = -(-len(modes) // COLUMNS)
+    titles = [f"{k}: {m.speed * TO_RPM:.0f} rpm, {m.whirl}" for k, m in enumerate(modes, 1)]
+    figure = make_subplots(rows, COLUMNS, shared_xaxes=True, shared_yaxes=True, subplot_titles=titles,
+                           horizontal_spacing=0.04, vertical_spacing=0.28 / max(rows, 1))  # fmt: skip
+    bearings = [b.position * 1e3 for b in review.plant.machine.bearings]
+    for k, mode in enumerate(modes):
+        place = {"row": k // COLUMNS + 1, "col": k % COLUMNS + 1}
+        figure.add_trace(curve(along, 0 * along, INK, width=0.8, dash="dot", hoverinfo="skip"), **place)
+        figure.add_trace(curve(along, mode.line, PIN_COLOURS[k % 6], width=2.4), **place)
+        for x, symbol, size, colour in (
+            (bearings, "triangle-up", 11, "#56B4E9"),
+            ([z * 1e3 for z in review.probes.values()], "diamond-tall", 11, NEUTRAL),
+            ([z * 1e3 for z in mode.nodes], "circle-open", 9, INK),
+        ):
+            figure.add_trace(go.Scatter(x=x, y=[0.0] * len(x), mode="markers", hoverinfo="x",
+                                        marker={"symbol": symbol, "size": size, "color": colour}), **place)  # fmt: skip
+    figure.update_xaxes(title_text="position along the shaft [mm]", row=rows)
+    figure.update_yaxes(range=[-1.15, 1.15], dtick=1)
+    figure.update_layout(showlegend=False)
+    return style(figure, 90 + PANEL * rows)
+
+
+def response_figure(review: DesignReview) -> go.Figure:
+    """Motion of every probe over speed, a panel for each case of unbalance, with peaks and operating speeds."""
+    cases = review.cases
+    figure = make_subplots(len(cases), 1, shared_xaxes=True, subplot_titles=[c.name for c in cases],
+                           vertical_spacing=0.2 / len(cases))  # fmt: skip
+    speed = review.responses["speed"].values
+    steady = review.responses["zeta_least"].values >= 0
+    for row, case in enumerate(cases, 1):
+        for k, (probe, z) in enumerate(review.probes.items()):
+            sizes = np.where(steady, review.motion(case.name, z), np.nan) * TO_UM
+            figure.add_trace(curve(speed * TO_RPM, sizes, PIN_COLOURS[k % 6], probe, 2, digits=7, legendgroup=probe,
+                                   showlegend=row == 1), row, 1)  # fmt: skip
+        for mode in (m for m in review.criticals if m.driven_by == case.name and m.peak is not None):
+            _add_peak(figure, mode, row)
+        _add_operating(figure, review, row)
+        figure.update_yaxes(title_text="motion [µm pk-pk]", rangemode="tozero", row=row, col=1)
+    _shade(figure, review, len(cases))
+    figure.update_xaxes(title_text="speed [rpm]", row=len(cases), col=1)
+    return style(figure, 110 + 210 * len(cases))
+
+
+def _add_peak(figure: go.Figure, mode: CriticalSpeed, row: int) -> None:
+    """A peak with its half-power width and amplification factor."""
+    peak = mode.peak
+    assert peak is not None
+    size, level = 2 * peak.size * TO_UM, np.sqrt(2) * peak.size * TO_UM
+    known = np.isfinite(peak.amplification)
+    figure.add_trace(go.Scatter(x=[peak.speed * TO_RPM], y=[size], mode="markers+text", showlegend=False,
+                                text=[f"AF {peak.amplification:.3g}" if known else "AF -"], textposition="middle right",
+                                marker={"symbol": "circle-open", "size": 9, "color": INK}), row, 1)  # fmt: skip
+    if known:
+        figure.add_trace(curve(np.array([peak.low, peak.high]) * TO_RPM, np.array([level, level]), INK, width=1.5,
+                               digits=7, showlegend=False, hoverinfo="skip"), row, 1)  # fmt: skip
+
+
+def _add_operating(figure: go.Figure, review: DesignReview, row: int) -> None:
+    """The operating speeds as a band, or a line where there is one."""
+    if review.low < review.high:
+        figure.add_vrect(review.low * TO_RPM, review.high * TO_RPM, row=row, col=1, fillcolor=NEUTRAL, opacity=0.1,
+                         line={"width": 0}, layer="below")  # fmt: skip
+    else:
+        figure.add_vline(review.high * TO_RPM, row=row, col=1, line={"color": NEUTRAL, "width": 2, "dash": "dash"})
+
+
+def _shade(figure: go.Figure, review: DesignReview, rows: int) -> None:
+    from rotorsim.report.page import shade_growth
+
+    shade_growth(figure, review.responses["speed"].values * TO_RPM, review.responses["zeta_least"].values, rows)
+
+
+def envelope_figure(review: DesignReview) -> go.Figure:
+    """Largest scaled motion along the shaft of every case against the clearances that are known."""
+    figure = go.Figure()
+    z = review.responses["z"].values * 1e3
+    steady = review.responses["major"].where(review.responses["zeta_least"] >= 0)
+    for k, (name, scale) in enumerate(review.scales.items()):
+        largest = 2 * scale * steady.sel(case=name).max("speed").values * TO_UM
+        if np.isfinite(largest).any():
+            figure.add_trace(curve(z, largest, PIN_COLOURS[k % 6], name, 2))
+    ends: dict[str, list[Any]] = {}
+    for one in review.clearances:
+        ends.setdefault(one.place, []).append(one)
+    for place, own in ends.items():
+        x = np.array([c.z for c in own]) * 1e3
+        for share, dash, text in ((1.0, "solid", "clearance"), (standards.CLEARANCE, "dash", "75 %")):
+            y = np.array([share * c.gap for c in own]) * TO_UM
+            figure.add_trace(go.Scatter(x=x, y=y, mode="lines+markers", name=f"{text}, {place}",
+                                        showlegend=False, marker={"size": 5, "color": UNSAFE},
+                                        line={"color": UNSAFE, "width": 2.5, "dash": dash}))  # fmt: skip
+    figure.update_xaxes(title_text="position along the shaft [mm]")
+    figure.update_yaxes(title_text="motion, diametral clearance [µm]", rangemode="tozero")
+    return style(figure, 360)
+
+
+def _damping_text(review: DesignReview) -> str:
+    speed, frequency, looked = review.onset
+    text = "Least logarithmic decrement of all modes with a damping ratio below 0.5; dashed: 0.1. "
+    if np.isfinite(speed):
+        return text + f"A mode of {frequency / (2 * np.pi):.4g} Hz grows from {speed * TO_RPM:.0f} rpm."
+    return text + ("No mode grows at the speeds that are looked at." if looked else "Not all was looked at.")
+
+
+def damping_figure(review: DesignReview) -> go.Figure:
+    """Least logarithmic decrement over speed, with the limit, the onset of whirl and the operating speeds."""
+    figure = make_subplots(1, 1)
+    d = review.decrements
+    shown = np.clip(d.values, -1.0, 2.0)
+    figure.add_trace(curve(d["speed"].values * TO_RPM, shown, PIN_COLOURS[0], "least log. decrement", 2, digits=7,
+                           mode="lines+markers", marker={"size": 4}, showlegend=False), 1, 1)  # fmt: skip
+    figure.add_hline(standards.LEAST_DECREMENT, line={"color": UNSAFE, "dash": "dash", "width": 1.5})
+    figure.add_hline(0.0, line={"color": INK, "width": 1})
+    _add_operating(figure, review, 1)
+    _shade(figure, review, 1)
+    figure.update_xaxes(title_text="speed [rpm]")
+    figure.update_yaxes(title_text="log. decrement")
+    return style(figure, 320)
+
+
+def _map_block(review: DesignReview) -> Block:
+    title = "Undamped critical speeds over the bearings' stiffness"
+    if review.undamped is None:
+        return Block(title, f"Not looked at: {review.no_map}")
+    text = (
+        "Of the rotor on bearings of one stiffness each. Thin lines are the stiffness that the bearings have at each "
+        "speed, that of films at the frequency of the speed; horizontal: the operating speed. A critical speed lies "
+        "near each crossing."
+    )
+    return Block(title, text, figure=map_figure(review))
+
+
+def map_figure(review: DesignReview) -> go.Figure:
+    """Undamped critical speed map with the bearings' own stiffness over the speed and the operating speed."""
+    figure, found = go.Figure(), review.undamped
+    assert found is not None
+    for k in range(found.sizes["mode"]):
+        figure.add_trace(curve(found["stiffness"].values, found["wn"].values[k] * TO_RPM, PIN_COLOURS[k % 6],
+                               f"mode {k + 1}", 2.4))  # fmt: skip
+    speeds = review.stiffness["speed"].values * TO_RPM
+    for k, name in enumerate(review.stiffness["bearing"].values.tolist()):
+        for axis, dash in (("x", "solid"), ("y", "dot")):
+            K = review.stiffness.sel(bearing=name, axis=axis).values
+            if (K > 0).any():
+                figure.add_trace(curve(np.where(K > 0, K, np.nan), speeds, INK if k == 0 else UNSAFE,
+                                       f"{name} K{axis}{axis}", 1.3, dash))  # fmt: skip
+    figure.add_hline(review.high * TO_RPM, line={"color": NEUTRAL, "width": 2, "dash": "dash"})
+    figure.update_xaxes(title_text="stiffness of a bearing [N/m]", type="log", exponentformat="power")
+    low = float(np.nanmin(found["wn"].values)) * TO_RPM / 1.5
+    high = 1.5 * max(review.high, float(np.nanmin(found["wn"].values[-1]))) * TO_RPM
+    figure.update_yaxes(title_text="critical speed [rpm]", type="log", range=[np.log10(low), np.log10(high)])
+    return style(figure, 480)

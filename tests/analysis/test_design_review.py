@@ -1,0 +1,136 @@
+"""Rules of the standards against numbers by hand, and a design review against a rotor whose response is known."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+from rotorsim.analysis import standards
+from rotorsim.analysis.design_review import (
+    MET,
+    MISSED,
+    OPEN,
+    deflected_line,
+    design_review,
+    margin_of,
+    static_loads,
+)
+
+RPM = pi / 30
+
+
+@pytest.mark.parametrize(
+    ("amplification", "above", "asked"),
+    [(2.49, False, 0.0), (2.5, False, 0.0), (3.5, False, 8.5), (6.5, False, 13.6), (6.5, True, 23.6),
+     (40.0, False, 16.0), (40.0, True, 26.0), (18.5, False, 16.0), (18.5, True, 26.0)],
+)  # fmt: skip
+def test_the_margin_asked_is_that_of_the_formula_by_hand(amplification, above, asked):
+    # 17 (1 - 1/(6.5 - 1.5)) = 13.6; 17 (1 - 1/(3.5 - 1.5)) = 8.5; 17 (1 - 1/17) = 16: there the limit begins
+    assert standards.required_margin(amplification, above) == pytest.approx(asked, abs=1e-12)
+
+
+def test_a_worked_example_of_amplification_and_margin():
+    # N1 = 3900, Nc = 4000 and N2 = 4150 rpm: AF = 4000 / 250 = 16, margin asked 17 (1 - 1/14.5) = 15.828 % of 5000 rpm
+    peak = standards.HalfPower(4000 * RPM, 50e-6, 3900 * RPM, 4150 * RPM)
+    assert peak.amplification == pytest.approx(16.0, rel=1e-12)
+    assert standards.required_margin(peak.amplification, above=False) == pytest.approx(15.8276, abs=1e-4)
+    assert standards.found_margin(peak.speed, 5000 * RPM, 6000 * RPM) == pytest.approx(20.0, rel=1e-12)
+    assert standards.found_margin(7500 * RPM, 5000 * RPM, 6000 * RPM) == pytest.approx(25.0, rel=1e-12)
+    assert standards.found_margin(5500 * RPM, 5000 * RPM, 6000 * RPM) == 0.0
+
+
+@pytest.mark.parametrize("zeta", [0.01, 0.05, 0.1])
+def test_half_power_of_a_single_mass_is_that_of_its_closed_form(zeta):
+    # |u| = r^2 / |1 - r^2 + 2 i zeta r|; its peak is at 1/sqrt(1 - 2 zeta^2), both half-power points solve a quadratic
+    r = np.linspace(0.4, 1.8, round(14 / zeta) + 1)
+    found = standards.half_power(r, r**2 / np.abs(1 - r**2 + 2j * zeta * r))
+    top = 1 / sqrt(1 - 2 * zeta**2)
+    level = top**4 / ((1 - top**2) ** 2 + (2 * zeta * top) ** 2) / 2
+    sides = np.sqrt(np.roots([1 - 1 / level, 4 * zeta**2 - 2, 1]))
+    assert len(found) == 1
+    assert found[0].speed == pytest.approx(top, rel=3e-4)  # a step is a tenth of the damping ratio
+    assert [found[0].low, found[0].high] == pytest.approx(sorted(sides), rel=1e-4)
+
+
+def test_a_flank_that_is_not_deep_enough_leaves_the_amplification_open():
+    r = np.linspace(0.9, 1.4, 201)
+    found = standards.half_power(r, r**2 / np.abs(1 - r**2 + 2j * 0.2 * r))
+    assert len(found) == 1 and np.isnan(found[0].amplification)
+
+
+def test_unbalances_and_limits_by_hand():
+    # 100 lb at 12000 rpm: 4 W/N = .0333 oz in = 24.0 g mm, and 6350 * 45.36 / 12000 = 24.0 g mm
+    load = 100 * 0.45359237
+    assert standards.residual_unbalance(load, 12000 * RPM) == pytest.approx(
+        4 * 100 / 12000 * 28.3495e-3 * 25.4e-3, rel=1e-3
+    )
+    assert (
+        standards.vibration_limit(12000 * RPM) == pytest.approx(25.4e-6)
+        and standards.vibration_limit(6000 * RPM) == 25.4e-6
+    )
+    assert standards.vibration_limit(48000 * RPM) == pytest.approx(12.7e-6)
+    assert standards.permissible_unbalance(2.5, 10.0, 3000 * RPM) == pytest.approx(79.6e-6, rel=1e-3)  # 79.6 g mm
+    assert [standards.shaft_zone(um * 1e-6, 3600 * RPM) for um in (79, 81, 151, 221)] == ["A", "B", "C", "D"]
+    assert [standards.sensitivity_zone(s) for s in (2.9, 3.1, 4.1, 5.1)] == ["A", "B", "C", "D"]
+
+
+def test_a_deflected_line_of_a_circular_and_of_a_plane_mode():
+    z = np.linspace(0, pi, 21)
+    for y in (1j, -1j, 0.0, 2.0):
+        line = deflected_line((1 + 0.3j) * np.sin(2 * z), (1 + 0.3j) * y * np.sin(2 * z))
+        assert np.abs(line) == pytest.approx(np.abs(np.sin(2 * z)), abs=1e-4)
+
+
+@pytest.fixture(scope="module")
+def review():
+    return design_review(rs.Plant("plain_rotor"), (3200 * RPM, 4000 * RPM))
+
+
+def test_static_loads_are_those_of_a_lever():
+    plant = rs.Plant("aerostatic_spindle")
+    shaft, disc = plant.machine.shaft.mass, plant.machine.discs[0].mass
+    front = (shaft * (0.12 - 0.05) + disc * (0.24 - 0.05)) / 0.14
+    assert static_loads(plant) == pytest.approx([shaft + disc - front, front], rel=1e-9)
+
+
+def test_the_peak_of_a_review_is_that_of_its_mode_and_of_the_response_command(review):
+    first = next(m for m in review.criticals if m.peak is not None)
+    assert first.peak.speed == pytest.approx(first.speed, rel=1e-4)
+    assert first.peak.amplification == pytest.approx(1 / (2 * first.zeta), rel=0.01)
+    case = next(c for c in review.cases if c.name == first.driven_by)
+    found = rs.analysis.unbalance_response(review.plant, [first.peak.speed], 0.0, case.unbalances)
+    assert float(found["major"].sel(place="measuring plane")[0]) == pytest.approx(first.peak.size, rel=1e-3)
+
+
+def test_a_critical_speed_among_the_operating_speeds_misses_its_margin(review):
+    at = next(m for m in review.criticals if m.peak is not None).peak.speed
+    inside = design_review(review.plant, (0.9 * at, 1.1 * at))
+    missed = [c for c in inside.checks if c.rule == "margin" and c.verdict == MISSED]
+    assert missed and missed[0].found == "0.0 %"
+    mode = next(m for m in review.criticals if m.peak is not None)
+    asked, found = margin_of(mode, review)
+    verdicts = [c.verdict for c in review.checks if c.rule == "margin" and f"{mode.peak.speed / RPM:.0f}" in c.name]
+    assert verdicts == [MET if found >= asked else MISSED]
+
+
+def test_what_was_not_looked_at_is_never_met(review):
+    asked = {check.rule: check for check in review.checks}
+    assert asked["sensitivity"].verdict == OPEN
+    assert {"margin", "decrement", "onset", "clearance", "sensitivity"} <= asked.keys() <= standards.RULES.keys()
+    with_law = design_review(review.plant, (3200 * RPM, 4000 * RPM), sensitivity=4.5)
+    assert [c.verdict for c in with_law.checks if c.rule == "sensitivity"] == [MISSED]
+
+
+@pytest.mark.parametrize("speeds", [(0.0, 100.0), (200.0, 100.0)])
+def test_operating_speeds_that_do_not_ascend_are_refused(speeds):
+    with pytest.raises(rs.errors.DataError):
+        design_review(rs.Plant("plain_rotor"), speeds)
+
+
+def test_the_least_decrement_is_looked_at_at_both_ends_of_the_operating_speeds(review):
+    at = review.decrements["speed"].values
+    assert {review.low, review.high} <= set(at.tolist())
+    zeta = min(rs.Plant("plain_rotor").linearise(review.high, 0.0).zeta)
+    here = float(review.decrements.sel(speed=review.high))
+    assert here == pytest.approx(2 * pi * zeta / sqrt(1 - zeta**2), rel=1e-6)

@@ -1,0 +1,121 @@
+"""Random machines: closed forms of distributions, shares and probabilities; followed speeds against whole searches."""
+
+import numpy as np
+import pytest
+
+import rotorsim as rs
+from rotorsim.analysis.tolerances import (
+    AGREED,
+    Requirement,
+    clopper_pearson,
+    random_machines,
+    rank_shares,
+    read_requirements,
+    read_variations,
+)
+
+MASS = "discs.0.mass=+- 4 %, bearings.*.kxx=10 MN/m +- 0.5 MN/m normal"
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return rs.load_machine("plain_rotor")
+
+
+@pytest.fixture(scope="module")
+def found(rotor):
+    return random_machines(rotor, MASS, 60, "criticals", ["critical_2 > 2640 rpm"], highest="4000 rpm", seed=3)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("discs.0.mass=4 kg +- 0.1 kg", [("discs.0.mass", 4.0, 0.1, "kg", False)]),
+        ("discs.0.mass=4 kg +/- 100 g NORMAL", [("discs.0.mass", 4.0, 0.1, "kg", True)]),
+        ("discs.0.mass=± 10%", [("discs.0.mass", 3.946, 0.3946, "kg", False)]),
+        ("bearings.*.kxx = 10 MN/m +- 5 % uniform", [(f"bearings.{k}.kxx", 10.0, 0.5, "MN/m", False) for k in (0, 1)]),
+        ("shaft.damping_ratio=0.002 +- 0.001", [("shaft.damping_ratio", 0.002, 0.001, "", False)]),
+    ],
+)
+def test_a_tolerance_is_read_with_its_units(rotor, text, expected):
+    got = [(v.path, v.centre, pytest.approx(v.half), v.unit, v.normal) for v in read_variations([text], rotor)]
+    assert got == expected
+
+
+@pytest.mark.parametrize(
+    "text", ["discs.0.mass", "discs.0.mass=4 kg", "discs.0.mass=4 kg +- 1 mm", "discs.0.mass=4 kg +- 5 kg",
+             "discs.0.mas=4 kg +- 1 kg", "discs.0.mass=4 kg +- 0 kg", "discs.0.mass=+- 1 %, discs.0.mass=+- 2 %", ""],
+)  # fmt: skip
+def test_what_is_mistyped_is_refused(rotor, text):
+    with pytest.raises((rs.errors.DataError, rs.errors.MachineFileError)):
+        read_variations([text], rotor)
+
+
+@pytest.mark.parametrize("text", ["onset", "onset > 3 kg", "onst > 3000 rpm", "onset = 3000 rpm"])
+def test_a_requirement_that_is_mistyped_is_refused(text):
+    with pytest.raises(rs.errors.DataError):
+        read_requirements([text], ["onset"])
+    assert read_requirements(["onset > 60 rpm"], ["onset"]) == (
+        Requirement("onset", True, pytest.approx(2 * np.pi), "onset > 60 rpm"),
+    )
+
+
+def test_a_latin_hypercube_has_one_value_in_every_stratum_and_the_moments_of_its_distributions(found):
+    mass, stiffness = found.data["discs.0.mass"].values, found.data["bearings.0.kxx"].values
+    strata = np.floor((mass / 3.946 - 0.96) / 0.08 * len(mass))
+    assert sorted(strata.astype(int).tolist()) == list(range(len(mass)))
+    assert stiffness.mean() == pytest.approx(10.0, abs=5e-3) and stiffness.std() == pytest.approx(0.25, rel=0.05)
+
+
+def test_followed_critical_speeds_are_those_of_whole_searches_and_scale_with_the_mass(found, rotor):
+    assert max(found.confirmed.values()) < AGREED
+    k = int(found.data["discs.0.mass"].values.argmax())
+    changes = {"discs.0.mass": float(found.data["discs.0.mass"][k])}
+    changes |= {f"bearings.{b}.kxx": 1e6 * float(found.data[f"bearings.{b}.kxx"][k]) for b in (0, 1)}
+    own = rs.analysis.critical_speeds(rs.Plant(rotor.with_(changes)), [0.0], (1,), 420.0)["critical_speed"].values
+    assert found.data["critical_2"][k] == pytest.approx(np.nanmax(own), rel=1e-4)
+    assert found.shares("critical_2")[0]["discs.0.mass"] > 0.95
+
+
+def test_the_probability_of_a_miss_is_counted_with_its_interval(found):
+    missed, unknown, p, low, high = found.misses(found.requirements[0])
+    assert missed == int((found.data["critical_2"].values <= 2640 * np.pi / 30).sum()) and unknown == 0
+    assert low < p < high and p == missed / 60
+
+
+def test_what_is_not_known_counts_as_a_miss(found):
+    known = found.data["critical_2"].values.copy()
+    found.data["gap"] = ("sample", np.where(np.arange(60) < 6, np.nan, known))
+    assert found.misses(Requirement("gap", True, 0.0, "gap > 0"))[:2] == (6, 6)
+
+
+def test_the_same_seed_gives_the_same_machines(rotor, found):
+    again = random_machines(rotor, MASS, 60, "criticals", highest="4000 rpm", seed=3)
+    assert np.array_equal(again.data["critical_2"], found.data["critical_2"])
+    other = random_machines(rotor, MASS, 60, "criticals", highest="4000 rpm", seed=4)
+    assert not np.array_equal(other.data["discs.0.mass"], found.data["discs.0.mass"])
+
+
+def test_the_interval_of_a_probability_is_the_published_one():
+    # 10 of 100: 4.900 % to 17.622 %, as tables of exact binomial intervals have it
+    assert clopper_pearson(10, 100) == pytest.approx((0.04900, 0.17622), abs=1e-5)
+    assert clopper_pearson(0, 59)[1] == pytest.approx(1 - 0.025 ** (1 / 59), rel=1e-9)
+
+
+def test_the_shares_of_a_sum_are_those_of_its_variances():
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(4000, 3))
+    shares, r2 = rank_shares(X, X @ [3.0, 2.0, 1.0], ("a", "b", "c"))
+    correlation = np.array([3.0, 2.0, 1.0]) / np.sqrt(14)
+    expected = (6 / np.pi * np.arcsin(correlation / 2)) ** 2  # ranks of normal values, Pearson (1907)
+    assert list(shares.values()) == pytest.approx(expected, abs=0.02)
+    assert r2 == pytest.approx(expected.sum(), abs=0.02)
+
+
+def test_the_onset_of_a_film_is_followed_to_that_of_its_own_search():
+    over = "bearings.1.clearance=+- 4 %"
+    found = random_machines("dtu_gas_bearing", over, 4, "onset, flow", pressure="0.5 MPa")
+    assert found.confirmed["onset"] < AGREED
+    clearance = 1e-6 * float(found.data["bearings.1.clearance"][2])
+    own = rs.Plant(rs.load_machine("dtu_gas_bearing").with_({"bearings.1.clearance": clearance}))
+    assert float(found.data["flow"][2]) == pytest.approx(own.equilibrium(0.0, 0.5e6).mass_flow.sum(), rel=1e-9)
