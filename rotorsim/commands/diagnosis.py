@@ -337,6 +337,9 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
     yield from _odds(diagnosis)
     yield from _effects(diagnosis)
     yield from _disagreement(diagnosis)
+    if diagnosis.status in ("unknown", "partial"):
+        for row in diagnosis.recalibration:
+            yield f"  re-calibrated, not trusted: {row.sentence}"
     yield from [f"  next: {diagnosis.next_step}"] if diagnosis.planned is None else _plan(diagnosis.planned)
     for note in diagnosis.notes:
         yield f"  note: {note}"

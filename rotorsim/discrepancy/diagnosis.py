@@ -41,8 +41,10 @@ from rotorsim.discrepancy.discovery import (
     with_rival,
 )
 from rotorsim.discrepancy.fit import (
+    AS_FAR,
     MOST_REPEATS,
     NEAR,
+    ONE_FAR,
     ParameterFit,
     covariance,
     far_off_file,
@@ -162,12 +164,19 @@ UNCLEAR = (
     "uncertainty: {}. That is no finding, and no agreement either"
 )
 """Note on a calibration that is far from the machine file without a number that is so."""
+HINT = (
+    "below what a name takes: with {names} the sum of squares falls by {fall:.0f}, and a name takes {least:.0f}; look "
+    "there first"
+)
+"""Note on the effects that help most where no group of lines is beyond the floor and no name is given."""
 ONE_OF = "one of these places, which the records do not distinguish: {}"
 """Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
 FAINT_LAW = 2 * CLEAR
 """Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor."""
+FAINT_HINT = 2 * ONE_FAR
+"""Fall of the sum of squares by an effect from which on a note states it where no name is given."""
 FINER = 0.1
 """Share by which the tolerance that records show is below the declared one where a law is fitted with it."""
 EXACT = (
@@ -432,6 +441,8 @@ class DiagnosisRun:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
+        if judgement.verdict.status == "unknown" and not flags:
+            notes += self._hints(base)
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
         return self._result(base, flags, judgement, search, notes) if other is None else other
 
@@ -566,6 +577,8 @@ class DiagnosisRun:
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]
+            # one floor for the sums of squares with the law and without it
+            base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
             found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma)
@@ -678,6 +691,14 @@ class DiagnosisRun:
         assert self.late is not None
         machine = [h.fit.cost for h in self.tried if not h.failed and REGISTRY[h.forms[0].effect].port != "sensor"]
         return min(machine, default=np.inf) < self.late.fit.cost
+
+    def _hints(self, base: ParameterFit) -> list[str]:
+        """Sentence on the effects whose fits are clearly better than the calibration and alike, though no name."""
+        fits = sorted((h for h in self.tried if not h.failed and len(h.forms) == 1), key=lambda h: h.fit.cost)
+        if not fits or base.cost - fits[0].fit.cost < FAINT_HINT:
+            return []
+        names = " or ".join(h.keys[0] for h in fits if h.fit.cost < fits[0].fit.cost + AS_FAR)
+        return [HINT.format(names=names, fall=base.cost - fits[0].fit.cost, least=CLEAR)]
 
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]

@@ -16,8 +16,9 @@ chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records 
 Every verdict has to hold at the points that were not fitted. A group of lines there with `MANY` floors refutes that
 nothing disagrees, and makes a name or a tie a partial explanation; fewer floors change headline and next step. Where
 most of the response stays unexplained, nothing holds. A calibration far from the machine file is a finding of its own,
-`recalibrated`. The odds follow the verdict: an explanation that is refuted leaves its probability to the same one with
-something beyond the catalogue.
+`recalibrated`; where none of its numbers is off beyond its own uncertainty it is neither that nor agreement. The odds
+follow the verdict: an explanation that is refuted leaves its probability to the same one with something beyond the
+catalogue.
 """
 
 from __future__ import annotations

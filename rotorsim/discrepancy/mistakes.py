@@ -18,7 +18,7 @@ by supports far from the file. So alternatives are calibrated too where the reco
 all by the tangent at the machine file's own numbers, then the best ones with the plant. A delay is one alternative: the
 tangent of its own calibration refines it. One is named where it leaves no group beyond the floor and a sum of squares
 with priors that is lower by `CLEARLY` at least. A delay, which a seal or a damping may imitate, is named where no
-effect explains the records and it explains all of them, those that were not fitted too.
+effect of the machine explains the records better and it explains all of them, those that were not fitted too.
 
 Cites: allemang_1982.
 """

@@ -485,12 +485,52 @@ def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, far, names)
     assert far_off_file(fit, far) == names
 
 
+def run_of_two_records():
+    """Run of a diagnosis, with records as far as the covariance of `far_fit` needs them."""
+    layout = SimpleNamespace(record=np.repeat([0, 1], len(SOFT.parameters)))
+    parts = {"fit": SimpleNamespace(layout=layout)}
+    return DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
+
+
+def test_a_far_calibration_is_a_finding_where_a_number_is_off_beyond_its_own_uncertainty():
+    """A probe that reads less asks for a compliance of 0.25 +- 0.1 and a loss of -99 % +- 290 % of one bearing."""
+    run, sharp = run_of_two_records(), far_fit(1, kx=0.25, cx=-0.99)
+    assert run._clearly_off("1", sharp)
+    assert not run._clearly_off("1", replace(sharp, J=0.1 * sharp.J))
+    assert run._clearly_off("1", replace(far_fit(1, kx=0.7), J=0.1 * sharp.J))
+    assert run._clearly_off("", far_fit(-1))
+    found = judged(AllEvidence(QUIET, GOOD, unclear="no number is"))
+    assert found.verdict.status == "unknown" and "no number is" in found.notes
+    assert all(e.beyond for e in found.odds)
+
+
+def hypothesis(effect, cost):
+    """A fitted hypothesis of one effect."""
+    return SimpleNamespace(failed=False, keys=(effect,), forms=(SimpleNamespace(effect=effect),),
+                           fit=SimpleNamespace(cost=cost))  # fmt: skip
+
+
+@pytest.mark.parametrize(("effect", "cost", "acts"), [("labyrinth_seal", 27.0, True), ("shaft_bow", 52.0, False),
+                                                      ("sensor_delay", 27.0, False)])  # fmt: skip
+def test_a_delay_is_refused_unless_an_effect_of_the_machine_explains_the_records_better(effect, cost, acts):
+    run = run_of_two_records()
+    run.late, run.tried = SimpleNamespace(fit=SimpleNamespace(cost=37.0)), (hypothesis(effect, cost),)
+    assert run._acts_late() == acts
+    run.tried = ()
+    assert not run._acts_late()
+
+
+def test_effects_that_help_and_are_no_name_are_stated_with_what_a_name_takes():
+    run, base = run_of_two_records(), SimpleNamespace(cost=72.0)
+    run.tried = (hypothesis("a", 27.0), hypothesis("b", 25.0), hypothesis("c", 43.0))
+    (note,) = run._hints(base)
+    assert "with b or a the sum of squares falls by 47" in note and "takes 100" in note
+    assert run._hints(SimpleNamespace(cost=40.0)) == []
+
+
 def test_places_that_records_do_not_distinguish_are_all_findings():
     """A far loss that the records hardly narrow had no sentence, and took that of the other place away."""
-    loss = far_fit(1, kx=0.19, cx=2.0)
-    layout = SimpleNamespace(record=np.repeat([0, 1], len(loss.parameters)))
-    parts = {"fit": SimpleNamespace(layout=layout)}
-    run = DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
+    loss, run = far_fit(1, kx=0.19, cx=2.0), run_of_two_records()
     left, right = run.machine.bearing_names
     ((both,), bearings), (one, number) = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
     assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
