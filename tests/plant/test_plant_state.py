@@ -55,23 +55,24 @@ import hashlib, sys
 import numpy as np
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
-k = np.arange(300)
-inputs = np.zeros((300, 6))
+n_theta, n_z, samples, force = (int(word) for word in sys.argv[1:])
+k = np.arange(samples)
+inputs = np.zeros((samples, 6))
 inputs[:, 0], inputs[:, 1] = 300 + 0.2 * k, 3e5
 inputs[:, 2], inputs[:, 3] = np.sin(0.3 * k), 0.5 * np.cos(0.2 * k)
-inputs[100:110, 4] = 100.0
+inputs[samples // 3 : samples // 3 + 10, 4] = force
 machine = load_machine("dtu_gas_bearing").replace("effects.unbalance.me", "300 g*mm")
-run = Plant(machine, n_theta=32, n_z=int(sys.argv[1]), dt=2e-4).start(300.0, 3e5)
+run = Plant(machine, n_theta=n_theta, n_z=n_z, dt=2e-4).start(300.0, 3e5)
 table = run.advance(inputs)
 assert run.counters["factorisations"] > 10
 print(hashlib.sha256(table.tobytes() + run.w.tobytes()).hexdigest())
 """
 
 
-def digest_of_run(n_z, **environment):
+def digest_of_run(n_theta, n_z, samples=300, force=100, **environment):
     folder = str(Path(rotorsim.__file__).parents[1])
     variables = dict(os.environ, PYTHONPATH=os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")]), **environment)
-    command = [sys.executable, "-c", SCRIPT, str(n_z)]
+    command = [sys.executable, "-c", SCRIPT, *map(str, (n_theta, n_z, samples, force))]
     done = subprocess.run(command, capture_output=True, text=True, env=variables, check=True)
     return done.stdout.strip()
 
@@ -84,10 +85,17 @@ def test_two_kinds_of_processor_compute_the_same_bits(tmp_path, processor, n_z):
     The orbit is large, so that the film is factorised again and again, in lines of four and of eight rows.
     """
     other = digest_of_run(
-        n_z, NUMBA_CPU_NAME=processor, NUMBA_CPU_FEATURES="", ROTORSIM_CACHE_DIR=str(tmp_path / processor)
+        32, n_z, NUMBA_CPU_NAME=processor, NUMBA_CPU_FEATURES="", ROTORSIM_CACHE_DIR=str(tmp_path / processor)
     )
     assert len(other) == hashlib.sha256().digest_size * 2
-    assert digest_of_run(n_z) == other
+    assert digest_of_run(32, n_z) == other
+
+
+@pytest.mark.slow
+def test_plain_python_computes_the_bits_of_the_machine_code():
+    """A hit that drives the journal into its sleeve, on a coarse grid: film, rotor, contact and parts of steps."""
+    hit = {"n_theta": 8, "n_z": 4, "samples": 20, "force": 300}
+    assert digest_of_run(**hit, NUMBA_DISABLE_JIT="1") == digest_of_run(**hit)
 
 
 class Proportional:
