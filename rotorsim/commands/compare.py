@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -84,11 +84,16 @@ def compare(
         print_json({**summary, "files": folder.files})
         return
     for peak in peaks:
-        change = peak.get("um_change")
-        end = "" if peak["local_maximum"] else " at an end of the tracked speeds"
-        more = "" if change is None else f", {100 * change:+.1f} % against the first"
-        typer.echo(f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}")
+        typer.echo(_peak_text(peak))
     print_files(folder.files)
+
+
+def _peak_text(peak: dict[str, Any]) -> str:
+    """Peak of a run as a line."""
+    change = peak.get("um_change")
+    end = "" if peak["local_maximum"] else " at an end of the tracked speeds"
+    more = "" if change is None else f", {100 * change:+.1f} % against the first"
+    return f"{peak['run']}, {peak['axis']}: {peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}{more}"
 
 
 def _is_machine(path: Path) -> bool:

@@ -304,13 +304,13 @@ class Disc(Part):
         return _digits(self.position - self.seated)
 
 
-class PointMass(Part):
+class LumpedMass(Part):
     """A mass on the shaft without moments of inertia.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> rs.machine.PointMass(position="120 mm", mass="50 g").mass
+    >>> rs.machine.LumpedMass(position="120 mm", mass="50 g").mass
     0.05
     """
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+import fe_shaft
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.foreign_systems import Leftovers
 from rotorsim.base.units import parse
@@ -59,9 +60,7 @@ def from_ross(rotor: Any, name: str = "") -> Machine:
     >>> machine = rs.machine.from_ross("compressor.toml")  # doctest: +SKIP
     """
     own = name or (Path(rotor).stem if isinstance(rotor, (str, Path)) else "rotor")
-    from fe_shaft.rotor import Rotor
-
-    return machine_of(Rotor.from_ross(rotor), own)
+    return machine_of(fe_shaft.Rotor.from_ross(rotor), own)
 
 
 def machine_of(rotor: AssembledRotor, name: str) -> Machine:

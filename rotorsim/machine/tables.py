@@ -23,7 +23,7 @@ from rotorsim.machine.bearings import LinearBearing, TableBearing
 from rotorsim.machine.gas_film import Actuators, Gas, GasFilm, Injection, PinnedInjector
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.part import SI, Part, PartError, sentences, unknown_field
-from rotorsim.machine.rotor import AnyProbe, Disc, Drive, PointMass, Probe, Shaft
+from rotorsim.machine.rotor import AnyProbe, Disc, Drive, LumpedMass, Probe, Shaft
 
 
 def _kind(bearing: Any) -> str | None:
@@ -46,7 +46,7 @@ class MachineTables(Part):
     description: str = Field("", description="A sentence about the machine.")
     shaft: Shaft = Field(description="The elastic shaft.")
     discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
-    point_masses: tuple[PointMass, ...] = Field((), description="Masses without moments of inertia on the shaft.")
+    point_masses: tuple[LumpedMass, ...] = Field((), description="Masses without moments of inertia on the shaft.")
     bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films, linear ones, tables.")
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+import fe_shaft
 from fe_shaft import (
     BearingElement,
     DiskElement,
@@ -25,9 +26,6 @@ from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
 from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
-
-if TYPE_CHECKING:
-    from fe_shaft.rotor import Rotor
 
 SAME_PLACE = 1e-7
 
@@ -355,7 +353,7 @@ class Mesh:
         return self.machine.shaft.polar_inertia + sum(d.polar_inertia for d in self.machine.discs)
 
 
-def shaft_rotor(machine: Machine) -> Rotor:
+def shaft_rotor(machine: Machine) -> fe_shaft.Rotor:
     """The rotor of a machine on its bearings without a film, with the analyses of `fe_shaft`, also for ROSS.
 
     Examples
@@ -365,10 +363,8 @@ def shaft_rotor(machine: Machine) -> Rotor:
     >>> int(rotor.run_modal(0.0).wn[0])
     277
     """
-    from fe_shaft.rotor import Rotor
-
     found = Mesh(machine).rotor
-    return Rotor(found.shaft_elements, found.disk_elements, found.bearing_elements, found.point_mass_elements)
+    return fe_shaft.Rotor(found.shaft_elements, found.disk_elements, found.bearing_elements, found.point_mass_elements)
 
 
 def _ground(node: int, support: Support) -> BearingElement:
