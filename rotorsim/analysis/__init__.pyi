@@ -20,6 +20,7 @@ from .operating_map import (
     operating_map as operating_map,
     operating_point as operating_point,
 )
+from .optimise import Optimisation as Optimisation, optimise as optimise
 from .shaft_motion import (
     mode_shapes as mode_shapes,
     passed_too_fast as passed_too_fast,

@@ -94,7 +94,7 @@ class Variation:
 
     def si(self, value: float) -> float:
         """A value in SI."""
-        return value * _factor(self.unit)
+        return value * si_of(self.unit)
 
     def text(self, value: float) -> str | float:
         """A value as a machine file has it."""
@@ -165,7 +165,7 @@ def _plain(text: str) -> str | float:
         return text.strip()
 
 
-def _factor(unit: str) -> float:
+def si_of(unit: str) -> float:
     """SI value of one of a unit of machine files."""
     kinds = (kind.factors for kind in UNITS.values())
     return next((float(factors[unit]) for factors in kinds if unit in factors), 1.0)
@@ -174,7 +174,7 @@ def _factor(unit: str) -> float:
 def _converted(path: str, half: float, unit: str, wanted: str) -> float:
     """A tolerance in the unit of its value."""
     if any(unit in kind.factors and wanted in kind.factors for kind in UNITS.values()):
-        return half * _factor(unit) / _factor(wanted)
+        return half * si_of(unit) / si_of(wanted)
     raise DataError(f"--vary: the tolerance of {path} is in '{unit}', its value in '{wanted}'; use one unit")
 
 
@@ -245,7 +245,7 @@ def followed_speeds(plant: Plant, pressure: float, highest: float, what: Sequenc
     if CRITICALS in what:
         every = modes_over_speed(plant, [0.0, highest], pressure, orders=(1,)).crossings
         inside = [one for one in every if 0 < one.at <= highest]
-        senses = whirl_sense(crossing_numbers(inside)[:, 4]) if inside else []
+        senses = whirl_sense(crossing_numbers(inside)[:, 4]).tolist()
         for k, (one, sense) in enumerate(zip(inside, senses, strict=True), 1):
             found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes), str(sense)))
     if "onset" in what:
@@ -293,10 +293,10 @@ class Task:
 def _rows(task: Task, machines: Sequence[tuple[Any, ...]], starts: Sequence[Sequence[float]]) -> list[dict[str, float]]:
     """Quantities [SI] of machines with these values, in this process or another."""
     nominal = Machine.from_text(task.text)
-    return [_row(task, nominal, values, start) for values, start in zip(machines, starts, strict=True)]
+    return [row_of(task, nominal, values, start) for values, start in zip(machines, starts, strict=True)]
 
 
-def _row(task: Task, nominal: Machine, values: Sequence[float], starts: Sequence[float]) -> dict[str, float]:
+def row_of(task: Task, nominal: Machine, values: Sequence[float], starts: Sequence[float]) -> dict[str, float]:
     row: dict[str, float] = {}
     try:
         plant = Plant(nominal.with_(dict(zip(task.paths, values, strict=True))))
@@ -319,7 +319,7 @@ def _row(task: Task, nominal: Machine, values: Sequence[float], starts: Sequence
     return row
 
 
-def _whole(task: Task, values: Sequence[Any]) -> dict[str, float]:
+def whole_row(task: Task, values: Sequence[Any]) -> dict[str, float]:
     """Followed quantities [SI] of a machine, each searched wholly and the nearest one of its kind taken."""
     plant = Plant(Machine.from_text(task.text).with_(dict(zip(task.paths, values, strict=True))))
     found: dict[str, float] = {}
@@ -508,9 +508,8 @@ def random_machines(
     variations = read_variations([vary] if isinstance(vary, str) else vary, plant.machine)
     if count < 2 or seed < 0:
         raise DataError(f"random: {count} machines, seed {seed}; give 2 machines or more and a seed from 0")
-    task = _task(plant, names, variations, *point(speed, pressure), highest)
-    task_names = [one.name for one in task.followed] + ["onset"] * task.onset + ["flow"] * task.flow
-    task_names += [name for one in task.analyses for name in one.quantities if name in names]
+    task = task_of(plant, names, [v.path for v in variations], *point(speed, pressure), highest)
+    task_names = names_of(task, names)
     requirements = read_requirements(require, task_names)
     from scipy.stats import qmc
 
@@ -523,8 +522,8 @@ def random_machines(
     return _result(plant, task, variations, values, rows, task_names, requirements, confirmed)
 
 
-def _task(
-    plant: Plant, names: Sequence[str], variations: Sequence[Variation], speed: float, pressure: float,
+def task_of(
+    plant: Plant, names: Sequence[str], paths: Sequence[str], speed: float, pressure: float,
     highest: float | str | None,
 ) -> Task:  # fmt: skip
     """What is computed of every machine, after the nominal one was searched."""
@@ -537,8 +536,23 @@ def _task(
     fixed = {"speed": speed, "pressure": pressure, "highest_speed": top}
     analyses = tuple(kind(**{k: v for k, v in fixed.items() if k in kind.__dataclass_fields__}) for kind in kinds)
     lone = "onset" in names and not any(one.name == "onset" for one in followed)
-    paths = tuple(v.path for v in variations)
-    return Task(plant.machine.text, paths, followed, analyses, lone, "flow" in names, speed, pressure, top)
+    return Task(plant.machine.text, tuple(paths), followed, analyses, lone, "flow" in names, speed, pressure, top)
+
+
+def names_of(task: Task, names: Sequence[str]) -> list[str]:
+    """Names of the quantities of a task; of its analyses those that were asked for."""
+    found = [one.name for one in task.followed] + ["onset"] * task.onset + ["flow"] * task.flow
+    return found + [name for one in task.analyses for name in one.quantities if name in names]
+
+
+def compared(row: dict[str, float], whole: dict[str, float]) -> dict[str, float]:
+    """Relative differences of the quantities of a whole search, infinite where one of both is not known."""
+    found = {}
+    for name, value in whole.items():
+        own = row.get(name, float("nan"))
+        apart = 0.0 if np.isnan(own) and np.isnan(value) else abs(own / value - 1)
+        found[name] = float(apart) if np.isfinite(apart) else float("inf")
+    return found
 
 
 def _all_rows(
@@ -584,13 +598,10 @@ def _confirmed(task: Task, machines: Sequence[Any], rows: Sequence[dict[str, flo
     if not task.followed:
         return {}
     chosen = np.unique(np.linspace(0, len(machines) - 1, WHOLE).round().astype(int)).tolist()
-    worst: dict[str, float] = {one.name: 0.0 for one in task.followed}
-    for number, whole in run(_whole, [(task, machines[k]) for k in chosen]):
-        row = rows[chosen[number]]
-        for name in worst:
-            a, b = row.get(name, np.nan), whole.get(name, np.nan)
-            apart = 0.0 if np.isnan(a) and np.isnan(b) else abs(a / b - 1)
-            worst[name] = max(worst[name], apart if np.isfinite(apart) else float("inf"))
+    worst: dict[str, float] = {}
+    for number, whole in run(whole_row, [(task, machines[k]) for k in chosen]):
+        for name, apart in compared(rows[chosen[number]], whole).items():
+            worst[name] = max(worst.get(name, 0.0), apart)
     return worst
 
 

@@ -397,6 +397,68 @@ def sweep(
     _print(found, outcome, files, run.as_json)
 
 
+@command(
+    "optimise",
+    "rotorsim optimise aerostatic_spindle --over 'bearings.*.clearance=15 um, 25 um' --objective onset "
+    "--require 'flow < 400 mg/s' --speed '30000 rpm'",
+    "rs.analysis.optimise(machine, {'bearings.*.clearance': '15 um, 25 um'}, 'onset', ['flow < 400 mg/s'])",
+)
+def optimise(
+    machine: options.GivenMachine,
+    over: Annotated[list[str], typer.Option(help="Bounds of a value: 'PATH=15 um, 25 um'; may be repeated.")],
+    objective: Annotated[
+        str,
+        typer.Option(
+            help="Quantity that is to be best: of a sweep, or critical_1, ...; '+' or '-' in front states it."
+        ),
+    ],
+    require: Annotated[
+        list[str] | None, typer.Option(help="Limit that is to be kept: 'flow < 400 mg/s'; may be repeated.")
+    ] = None,
+    speed: Annotated[str, typer.Option(help="Shaft speed.")] = "0 rpm",
+    pressure: options.Pressure = None,
+    highest_speed: Annotated[
+        str | None,
+        typer.Option(help="Speed up to which onset and critical speeds are searched; default by the machine."),
+    ] = None,
+    *,
+    settings: options.GridOptions,
+    result: options.ResultOptions,
+) -> None:
+    """Search values of a machine for which a quantity is best.
+
+    Limits are kept; the path of the search is shown.
+    """
+    result.check()
+    plant = settings.plant(machine)
+    point = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or options.SUPPLY, "Pa")
+    top = None if highest_speed is None else options.quantity("highest-speed", highest_speed, "rad/s")
+    options.note_unfed(plant.machine, bool(pressure and point[1]))
+    from rotorsim.analysis.optimise import optimise as search
+    from rotorsim.base.files import write_text
+
+    with result.folder("optimise", "path.csv") as folder:
+        options.note_compiling(plant.assembly, "settle")
+        with bar(text="machines", show=not result.as_json) as update:
+            found = search(plant, over, objective, require or (), *point, top,
+                           update and (lambda done, total: update(completed=done, total=total)))  # fmt: skip
+        write_text(folder.add("path", "path.csv"), found.csv())
+        if result.report:
+            folder.write_page_of(found)
+    heads, steps = found.table()
+    rows = [
+        ("best", ", ".join(f"{path} = {value}" for path, value in found.machine.items()) or "no step keeps the limits")
+    ]
+    if found.best is not None:
+        rows += [(head, f"{value:.5g}") for head, value in zip(heads[:-1], steps[found.best], strict=False)]
+    result.show(found.numbers(), rows, folder.files)
+    if found.best is None:
+        print(
+            "optimise: no machine of the search keeps every limit; widen the bounds or relax a limit", file=sys.stderr
+        )
+        raise typer.Exit(2)
+
+
 def _print(found: SweepResult, outcome: CampaignOutcome, files: dict[str, str], as_json: bool) -> None:
     """Print best points, reasons and files; exit with 130 or 143 where it was stopped."""
     if as_json:

@@ -190,7 +190,7 @@ def with_options(command: Callable[..., None], options: Mapping[str, tuple[Any, 
 PANELS = {
     "Simulate in time": {"runup": "experiment", "experiment": "experiment", "campaign": "campaign", "live": "live"},
     "Without time simulation": {
-        "map": "map", "sweep": "map", "response": "linear", "campbell": "linear", "modes": "linear",
+        "map": "map", "sweep": "map", "optimise": "map", "response": "linear", "campbell": "linear", "modes": "linear",
     },
     "Machine files": {"machine": "machine", "cite": "machine"},
     "Measured data": {

@@ -242,7 +242,7 @@ class Page:
 RESULT_PAGES = Registry[tuple[type, Callable[[Any], Page]]](
     {name: f"rotorsim.report.{chapter}" for name, chapter in {
         "Dataset": "record", "Diagnosis": "diagnosis", "Verification": "control", "SweepResult": "sweep",
-        "map": "operating_map", "DesignReview": "design", "RandomResult": "random",
+        "map": "operating_map", "DesignReview": "design", "RandomResult": "random", "Optimisation": "random",
         "campbell": "linear", "response": "linear", "dict": "comparison",
         "RunComparison": "comparison", "Assessment": "comparison",
     }.items()}

@@ -1,9 +1,10 @@
-"""Page of random machines: distributions, probabilities of a miss, and which tolerance matters most."""
+"""Pages of random machines (distributions, misses, which tolerance matters most) and of a search for the best one."""
 
 import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from rotorsim.analysis.optimise import Optimisation
 from rotorsim.analysis.tolerances import AGREED, SURE, WHOLE, RandomResult, Requirement, quantity_of
 from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.report.page import INK, PIN_COLOURS, UNSAFE, Block, Page, compact, machine_entry, page_of, style
@@ -128,3 +129,46 @@ def shares_figure(result: RandomResult) -> go.Figure:
 
 def _number(value: float) -> str:
     return f"{value:.5g}" if np.isfinite(value) else "-"
+
+
+@page_of(Optimisation)
+def optimisation_page(result: Optimisation) -> Page:
+    """Page of a search: the best machine, the path and its steps."""
+    heads, rows = result.table()
+    quantity_ = quantity_of(result.objective)
+    aim = f"{'Largest' if result.largest else 'Smallest'} {quantity_.meaning}"
+    limits = "; ".join(one.text for one in result.requirements) or "none"
+    best = [(path, value) for path, value in result.machine.items()]
+    text = "" if best else "No step keeps every limit."
+    if result.confirmed:
+        text += f" A whole search of the best machine differs by up to {max(result.confirmed.values()):.1g}."
+    blocks = [
+        Block("Best machine", text.strip(), (), best),
+        Block("Path", "Filled: every limit is kept. The ring is the best step.", figure=path_figure(result)),
+        Block("Step by step", "", heads, rows),
+    ]
+    about = f"{aim}. Limits: {limits}. {len(rows)} machines; a local search, which need not find the best of all."
+    return Page(f"{machine_entry(result.data.attrs)}: optimisation", about, blocks)
+
+
+def path_figure(result: Optimisation) -> go.Figure:
+    """Parameters and quantities over the steps of a search."""
+    heads, rows = result.table()
+    kept = result.data["kept"].values
+    figure = make_subplots(len(heads) - 2, 1, shared_xaxes=True, vertical_spacing=0.05)
+    steps = np.arange(1, len(rows) + 1)
+    for k, head in enumerate(heads[1:-1], 1):
+        values = np.array([row[k] for row in rows])
+        fills = [PIN_COLOURS[0] if one else "#ffffff" for one in kept]
+        figure.add_trace(go.Scatter(x=steps, y=compact(values, 7), mode="lines+markers",
+                                    line={"color": PIN_COLOURS[0], "width": 1},
+                                    marker={"size": 7, "color": fills,
+                                            "line": {"width": 1.5, "color": PIN_COLOURS[0]}}), k, 1)  # fmt: skip
+        if result.best is not None:
+            figure.add_trace(go.Scatter(x=[result.best + 1], y=[float(values[result.best])], mode="markers",
+                                        marker={"symbol": "circle-open", "size": 16, "color": UNSAFE,
+                                                "line": {"width": 2}}), k, 1)  # fmt: skip
+        figure.update_yaxes(title_text=head.replace("bearings.", "").replace(" [", "<br>["), row=k, col=1)
+    figure.update_xaxes(title_text="step", row=len(heads) - 2, col=1)
+    figure.update_layout(showlegend=False)
+    return style(figure, 80 + 170 * (len(heads) - 2))

@@ -119,3 +119,36 @@ def test_the_onset_of_a_film_is_followed_to_that_of_its_own_search():
     clearance = 1e-6 * float(found.data["bearings.1.clearance"][2])
     own = rs.Plant(rs.load_machine("dtu_gas_bearing").with_({"bearings.1.clearance": clearance}))
     assert float(found.data["flow"][2]) == pytest.approx(own.equilibrium(0.0, 0.5e6).mass_flow.sum(), rel=1e-9)
+
+
+def test_the_best_mass_is_the_one_at_which_the_limit_is_just_kept(rotor):
+    # the first critical speed falls with the mass: the lowest one that is allowed is the limit itself
+    found = rs.analysis.optimise(
+        rotor, {"discs.0.mass": "3 kg, 5 kg"}, "-critical_1", ["critical_1 > 2600 rpm"], highest="5000 rpm"
+    )
+    best = float(found.data["critical_1"][found.best]) * 30 / np.pi
+    assert 2600 <= best < 2602 and max(found.confirmed.values()) < AGREED
+    mass = float(found.data["discs_0_mass"][found.best])
+    own = rs.Plant(rotor.with_({"discs.0.mass": mass}))
+    own = rs.analysis.critical_speeds(own, [0.0], (1,), 420.0)["critical_speed"].values
+    assert np.nanmin(own) * 30 / np.pi == pytest.approx(best, rel=1e-4)
+
+
+def test_a_best_value_at_a_bound_is_the_bound_and_limits_that_nothing_keeps_leave_none(rotor):
+    over = {"discs.0.mass": "3 kg, 5 kg"}
+    assert rs.analysis.optimise(rotor, over, "critical_1", highest="5000 rpm").machine == {"discs.0.mass": "3 kg"}
+    found = rs.analysis.optimise(rotor, over, "critical_1", ["critical_1 > 4000 rpm"], highest="5000 rpm")
+    assert found.best is None and found.machine == {}
+
+
+@pytest.mark.parametrize(
+    ("over", "objective"),
+    [
+        ("pressure=1 bar, 2 bar", "onset"),
+        ("discs.0.mass=3 kg", "critical_1"),
+        ("discs.0.mass=3 kg, 5 kg", "critical_9"),
+    ],
+)
+def test_a_search_without_bounds_or_quantity_is_refused(rotor, over, objective):
+    with pytest.raises(rs.errors.DataError):
+        rs.analysis.optimise(rotor, [over], objective, highest="5000 rpm")

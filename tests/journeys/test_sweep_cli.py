@@ -91,3 +91,14 @@ def test_random_machines_leave_their_table_their_page_and_the_probability_of_a_m
     for wrong in (["--vary", "discs.0.mass=+- 5 %"], ["--random", "5"], ["--random", "5", "--over", "pressure=1 bar"]):
         code, _, message = run("sweep", "plain_rotor", *wrong, "--out", "other")
         assert code == 2 and "--random" in message
+
+
+def test_a_search_for_the_best_machine_leaves_its_path_and_its_page(run, tmp_path):
+    given = ["--over", "discs.0.mass=3 kg, 5 kg", "--objective", "critical_1", "--highest-speed", "4000 rpm"]
+    code, out, _ = run("optimise", "plain_rotor", *given, "--json", "--out", "o")
+    found = json.loads(out)
+    assert code == 0 and found["best"] == {"discs.0.mass": "3 kg"}
+    assert len((tmp_path / "o" / "path.csv").read_text().splitlines()) == 1 + len(found["path"])
+    assert "Step by step" in (tmp_path / "o" / "report.html").read_text()
+    code, _, message = run("optimise", "plain_rotor", *given, "--require", "critical_1 > 3900 rpm", "--out", "none")
+    assert code == 2 and "limit" in message

@@ -92,7 +92,7 @@ def test_results_with_a_page_of_their_own_are_registered():
         report.write(EVIL, "page.html")
     kinds = {"campbell", "response", "map"}
     types = {"Dataset", "Diagnosis", "Verification", "SweepResult", "RunComparison", "Assessment"}
-    types |= {"DesignReview", "RandomResult", "dict"}
+    types |= {"DesignReview", "RandomResult", "Optimisation", "dict"}
     assert set(RESULT_PAGES) == kinds | types
     assert {RESULT_PAGES[name][0].__name__ for name in kinds} == {"Dataset"}
     assert {name: RESULT_PAGES[name][0].__name__ for name in types} == {name: name for name in types}
@@ -105,7 +105,7 @@ print(RESULT_PAGES["Diagnosis"][0].__name__, len(RESULT_PAGES))
 print(*sys.modules)"""
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     shown, loaded = ran.splitlines()
-    assert shown == "Diagnosis 12" and "rotorsim.report.diagnosis" in loaded.split()
+    assert shown == "Diagnosis 13" and "rotorsim.report.diagnosis" in loaded.split()
     assert not any(name in loaded for name in ("rotorsim.verify", "control.law", "report.record", "report.orders"))
 
 
