@@ -11,7 +11,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import NO_PEACE, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_PERIODIC,
     ONE_AMPLITUDE,
@@ -344,14 +344,14 @@ def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch):
 @pytest.mark.parametrize(
     ("status", "flags", "repeats", "searched", "found"),
     [("named", [1], [1], False, None), ("tie", [1], [1], False, None), ("recalibrated", [1], [1], False, None),
-     ("named", [], [], True, None), ("tie", [], [], True, None), ("recalibrated", [], [], False, None),
-     ("no_disagreement", [], [], False, "note"), ("no_disagreement", [1], [], True, "note"),
+     ("named", [], [], True, None), ("tie", [], [], True, None), ("recalibrated", [], [], True, None),
+     ("no_disagreement", [], [], True, "note"), ("no_disagreement", [1], [], True, "note"),
      ("partial", [1], [], True, "note"), ("unknown", [1], [1], True, "note"), ("unknown", [1], [], True, "stochastic")],
 )  # fmt: skip
 def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
     status, flags, repeats, searched, found, monkeypatch
 ):
-    """A law is looked for only where no group shows a name or a tie, and where something is beyond the floor."""
+    """A law is looked for unless a group shows a name, a tie or a calibration."""
     tried = list[str]()
     given, notes = beyond_the_catalogue(status, flags, repeats, lambda notes: tried.append("law") or "", monkeypatch)
     assert (given and given.status) == (found if found == "stochastic" else None)
@@ -371,6 +371,19 @@ def test_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_and_not_b
         left = given.judgement
         assert (left.verdict.status, left.verdict.best, left.left, left.worse) == ("unknown", None, 2, ("one",))
         assert {(e.effects, e.beyond): e.probability for e in left.odds} == {(BOW, True): 0.96, ((), False): 0.04}
+
+
+@pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])
+def test_peace_that_no_group_disturbs_goes_where_a_law_is_clearly_better_and_not_borne_out(status, monkeypatch):
+    given, notes = beyond_the_catalogue(status, [], [1], lambda notes: "a law is not borne out", monkeypatch)
+    assert given.status == "unknown" and given.judgement.verdict.status == "unknown" and NO_PEACE in notes
+    assert all(e.beyond for e in given.judgement.odds)
+
+
+def test_laws_that_an_error_of_the_form_may_be_are_linear_in_a_motion_and_constant():
+    constant = {term.name for term in LIBRARY if term.constant}
+    assert constant == {"stiffness", "cross stiffness", "swirl", "damping", "gyroscopic", "delayed stiffness",
+                        "hidden mass"}  # fmt: skip
 
 
 @dataclass(frozen=True)
