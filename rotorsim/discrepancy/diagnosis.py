@@ -179,6 +179,12 @@ NO_PEACE = (
     "calibration does: it is not said that nothing is missing"
 )
 """Note on records that agree line by line alone."""
+NOT_IDENTIFIABLE = (
+    "a stiffness, damping, mass or delayed force at a place would make all records together agree better, and no group "
+    "of lines shows it: which of these it is, and where, is not identifiable from these records, in which an error of "
+    "the model's form is alike; measure at the places where such a force may act"
+)
+"""Note on a constant linear force that no group of lines shows."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -479,9 +485,9 @@ class DiagnosisRun:
             base = replace(base, J=seen["fit"].J)
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             found = self._discovered(base, flags, apart, seen, own, rival)
-            if not isinstance(found, str):
+            if isinstance(found, Diagnosis):
                 return found
-            notes += [found] if found else []
+            notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
             if faint and found:
                 return self._without_name(base, judgement, notes)
             if left_open or (faint and status != "no_disagreement"):
@@ -511,17 +517,20 @@ class DiagnosisRun:
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
         notes: list[str], rival: Hypothesis | None,
-    ) -> Diagnosis | str:  # fmt: skip
+    ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
+        None for one that no group shows and that may be an error of the model's form.
+
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
-        of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is, and where no group
-        shows a law that may be an error of the model's form.
+        of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
         """
         known = base.cost if rival is None else min(base.cost, priced(rival))
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear or (laws[0].constant and not flags):
+        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear:
             return ""
+        if laws[0].constant and not flags:
+            return None
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
             left = remembered(parts, base, laws, known)

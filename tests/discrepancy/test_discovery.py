@@ -11,7 +11,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import NO_PEACE, DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import NO_PEACE, NOT_IDENTIFIABLE, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_PERIODIC,
     ONE_AMPLITUDE,
@@ -378,6 +378,13 @@ def test_peace_that_no_group_disturbs_goes_where_a_law_is_clearly_better_and_not
     given, notes = beyond_the_catalogue(status, [], [1], lambda notes: "a law is not borne out", monkeypatch)
     assert given.status == "unknown" and given.judgement.verdict.status == "unknown" and NO_PEACE in notes
     assert all(e.beyond for e in given.judgement.odds)
+
+
+@pytest.mark.parametrize("status", ["named", "no_disagreement", "unknown"])
+def test_a_constant_force_that_no_group_shows_is_a_note_and_changes_no_verdict(status, monkeypatch):
+    flags = [1] if status == "unknown" else []
+    given, notes = beyond_the_catalogue(status, flags, [1], lambda notes: None, monkeypatch)
+    assert given is None and NOT_IDENTIFIABLE in notes
 
 
 def test_laws_that_an_error_of_the_form_may_be_are_linear_in_a_motion_and_constant():
