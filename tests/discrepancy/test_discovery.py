@@ -282,6 +282,23 @@ def test_a_gap_repeats_where_it_stays_in_the_mean_of_records_that_repeat_each_ot
     assert bool(repeating(comparison, residual)) == repeats
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_an_unbalance_that_moves_from_record_to_record_is_no_gap_that_repeats(seed, monkeypatch):
+    """Eight pairs of records with one complex number each: of some pairs the difference is small by chance."""
+    residual = 30.0 * np.random.default_rng(seed).normal(size=32)
+    layout = SimpleNamespace(record=np.repeat(np.arange(16), 2))
+    comparison = SimpleNamespace(layout=layout, repeated=[i - i % 2 for i in range(16)], sigma=np.ones(32))
+
+    def groups(comparison: SimpleNamespace, r: np.ndarray) -> list[SimpleNamespace]:
+        rms = [float(np.sqrt(np.mean(own**2))) for own in np.split(r, 16)]
+        return [SimpleNamespace(number=i, channel="x", group="1X", rms=own, floor=1.0) for i, own in enumerate(rms)]
+
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.table", groups)
+    monkeypatch.setattr("rotorsim.discrepancy.stochastic.flagged", lambda found: [f for f in found if f.rms > 5])
+    assert not repeating(comparison, residual)
+    assert repeating(comparison, np.abs(residual) + 150.0)
+
+
 @pytest.mark.parametrize(("chance", "repeats"), [(1.0, True), (5.0, True), (30.0, False)])
 def test_what_a_random_force_makes_of_means_by_chance_is_no_gap_that_repeats(chance, repeats, monkeypatch):
     comparison, residual = repeated_records(1.0)
