@@ -174,7 +174,8 @@ ONE_OF = "one of these places, which the records do not distinguish: {}"
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
 FAINT_LAW = 2 * CLEAR
-"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor."""
+"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor: a shaft without
+shear in place of one with it makes 170, by constant stiffness."""
 FAINT_HINT = 2 * ONE_FAR
 """Fall of the sum of squares by an effect from which on a note states it where no name is given."""
 FINER = 0.1
@@ -188,6 +189,17 @@ NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out
 """Note on records that show no law either."""
 WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a law explains them clearly better"
 """Note on a name or a tie that is not given."""
+NO_PEACE = (
+    "no group of lines is beyond its floor by itself, but a law explains all of them together clearly better than the "
+    "calibration does: it is not said that nothing is missing"
+)
+"""Note on records that agree line by line alone."""
+NOT_IDENTIFIABLE = (
+    "a stiffness, damping, mass or delayed force at a place would make all records together agree better, and no group "
+    "of lines shows it: which of these it is, and where, is not identifiable from these records, in which an error of "
+    "the model's form is alike; measure at the places where such a force may act"
+)
+"""Note on a constant linear force that no group of lines shows."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -479,14 +491,15 @@ class DiagnosisRun:
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
 
         A law has to explain the records clearly better than the best effects of the catalogue, and is not looked for
-        where a name, a tie or a calibration does, but where the tie leaves open what is not in the catalogue, or no
-        group shows the name: with a law clearly better than that one that is not borne out, neither is given. What does
-        not repeat is the verdict only where nothing else is open, and else a note.
+        where a group of lines shows a name, a tie or a calibration, unless the tie leaves open what is not in the
+        catalogue. A verdict that no group shows is not given where such a law is not borne out. What does not repeat is
+        the verdict only where nothing else is open, and else a note.
         """
         if self.machine.film is not None:
             return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
-        unanswered, faint = status in ("unknown", "partial"), status in ("named", "tie") and not flags
+        unanswered = status in ("unknown", "partial")
+        faint = not (unanswered or flags)
         left_open = status == "tie" and any(e.beyond and e.probability > EXCLUDED for e in judgement.odds)
         if not (unanswered or faint or left_open or status == "no_disagreement"):
             return None
@@ -498,16 +511,15 @@ class DiagnosisRun:
         try:
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             base = replace(base, J=seen["fit"].J)
-            if unanswered or flags or faint:
-                own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
-                found = self._discovered(base, flags, apart, seen, own, rival)
-                if not isinstance(found, str):
-                    return found
-                notes += [found] if found else []
-                if faint:
-                    return self._without_name(base, judgement, notes) if found else None
-                if left_open:
-                    return None
+            own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
+            found = self._discovered(base, flags, apart, seen, own, rival)
+            if isinstance(found, Diagnosis):
+                return found
+            notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
+            if faint and found:
+                return self._without_name(base, judgement, notes)
+            if left_open or (faint and status != "no_disagreement"):
+                return None
             force = drift(self.fitted, base) or random_force(seen["fit"])
         except NoAnswerError:
             return None
@@ -520,10 +532,10 @@ class DiagnosisRun:
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
     def _without_name(self, base: ParameterFit, judgement: Judgement, notes: list[str]) -> Diagnosis:
-        """Diagnosis that gives no name: a law is clearly better than the one that no group shows, but not borne out."""
+        """Diagnosis without a verdict that no group shows: a law is clearly better than it, but not borne out."""
         best, rivals = judgement.verdict.best, judgement.verdict.rivals
         names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
-        notes.append(WITHDRAWN.format(" or ".join(names)))
+        notes.append(WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE)
         return self._result(base, [], withdrawn(judgement), None, notes)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
@@ -533,16 +545,20 @@ class DiagnosisRun:
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
         notes: list[str], rival: Hypothesis | None,
-    ) -> Diagnosis | str:  # fmt: skip
+    ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
+
+        None for one that no group shows and that may be an error of the model's form.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
         """
         known = base.cost if rival is None else min(base.cost, priced(rival))
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear or (laws[0].remembers and not flags):
+        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear:
             return ""
+        if laws[0].constant and not flags:
+            return None
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
             left = remembered(parts, base, laws, known)
@@ -703,10 +719,14 @@ class DiagnosisRun:
     def _name(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]
     ) -> tuple[SearchVerdict, EffectSearch | None]:
-        """The verdict; where no group is flagged an effect may still show in all of them, or in what is calibrated."""
+        """The verdict; where no group is flagged an effect may still show in all of them, or in what is calibrated.
+
+        A law has shown so in the linear model, at the calibration.
+        """
         search = self._search(base, flags, apart)
         quiet = SearchVerdict("unknown" if apart else "no_disagreement")
-        if len(flags) == len(apart) and (apart or (search.promise() < CLEAR and not strained(base))):
+        promising = self.laws is not None or search.promise() >= CLEAR or strained(base)
+        if len(flags) == len(apart) and (apart or not promising):
             return quiet, search
         verdict = judge(search)
         self.tried = verdict.fitted
@@ -726,7 +746,8 @@ class DiagnosisRun:
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         found = EffectSearch(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
-                       held_excess, lambda: self.progress("name"), nominal=nominal,
+                       held_excess, lambda: self.progress("name"),
+                       nominal=nominal if self.laws is None else None,  # laws are of the calibrated point
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
         if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal

@@ -131,6 +131,11 @@ class ProposedLaw:
         return any(one.term.memory is not None for one in self.terms)
 
     @property
+    def constant(self) -> bool:
+        """Whether it is a linear force that neither speed nor angle changes, as an error of the model's form is."""
+        return self.remembers or all(one.term.constant for one in self.terms)
+
+    @property
     def forms(self) -> tuple[str, ...]:
         """Names of the terms."""
         return tuple(one.term.name for one in self.terms)

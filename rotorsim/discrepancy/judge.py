@@ -325,9 +325,9 @@ def judged(evidence: AllEvidence) -> Judgement:
 
 
 def withdrawn(judgement: Judgement) -> Judgement:
-    """The judgement without its name or tie, which something else is clearly better than."""
+    """The judgement without its name, its tie or its peace, which something else is clearly better than."""
     verdict = replace(judgement.verdict, status="unknown", best=None, rivals=())
-    odds = consistent("unknown", judgement.odds)
+    odds = consistent("unknown", judgement.odds, judgement.verdict.best is None)
     return replace(judgement, verdict=verdict, odds=odds, worse=judgement.worse_alone)
 
 

@@ -51,7 +51,8 @@ ORDERS = np.arange(0.2, 0.95, 0.01)
 NEAR_LINE = 1.6
 """Distance to a line, in lines of a block, within which its force is taken to lie."""
 OFF = 3.0
-"""Mean of records that repeat each other over its standard deviation by their differences, up to which it is chance."""
+"""Mean of records that repeat each other over its standard deviation by their differences, up to which it is chance: as
+the mean square's share of both, over all records, for the difference of two alone is often small."""
 CHANGED = 1.5
 """Mean square of the difference of records that repeat each other, in that of their blocks, from which on it counts."""
 CHANGES = {".me~": "the unbalance [kg m]", ".k": "the relative compliance", ".c": "the relative loss"}
@@ -269,7 +270,7 @@ def repeating(comparison: TwinComparison, residual: np.ndarray, chance: np.ndarr
     """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats.
 
     The floor has the standard deviations `chance` (n,) [m] of a random force too. Not those groups whose records differ
-    by more than the floor and by as much as their mean is off.
+    by more than the floor and, over all records, by as much as their mean is off.
     """
     residual = residual * comparison.sigma / np.hypot(comparison.sigma, chance)
     record, mean, spread = comparison.layout.record, residual.copy(), np.zeros(len(residual))
@@ -281,7 +282,16 @@ def repeating(comparison: TwinComparison, residual: np.ndarray, chance: np.ndarr
             mean[np.concatenate(rows)] = np.tile(own.mean(axis=0), len(rows))
             spread[np.concatenate(rows)] = np.tile(own.std(axis=0, ddof=1) / np.sqrt(len(rows)), len(rows))
     apart = {(f.number, f.channel, f.group): f.rms for f in table(comparison, spread) if f.rms > f.floor}
-    return [f for f in flagged(table(comparison, mean)) if f.rms > OFF * apart.get((f.number, f.channel, f.group), 0.0)]
+    shares = dict[tuple[str, str], list[float]]()
+    for f in table(comparison, mean):
+        if (own_spread := apart.get((f.number, f.channel, f.group))) is not None:
+            shares.setdefault((f.channel, f.group), []).append(f.rms**2 / (f.rms**2 + own_spread**2))
+    alike = {group for group, found in shares.items() if np.mean(found) < OFF**2 / (1 + OFF**2)}
+    return [
+        f
+        for f in flagged(table(comparison, mean))
+        if (f.number, f.channel, f.group) not in apart or (f.channel, f.group) not in alike
+    ]
 
 
 def _line_order(own: BlockDeviations, noise: Sequence[np.ndarray]) -> float:
