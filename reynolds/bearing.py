@@ -19,6 +19,10 @@ from reynolds.workspace import FilmGas, FilmModel, interval_pressure
 from rotorsim.base.units import TO_UM
 
 Array = NDArray[np.float64]
+NEARER = 0.4
+"""Share of the smallest gap by which a journal comes nearer to a foil before the film settles again."""
+TOO_NEAR = 1e-3
+"""Smallest gap, in clearances, from which a journal comes nearer to a foil."""
 
 
 @dataclass(frozen=True)
@@ -208,21 +212,41 @@ class GasBearing:
         if layout.foil == 0:
             _apart(kernels.least_gap(w, F, layout))
         w[layout.static_a : layout.static_a + 4] = (1.0, 0.0, 0.0, 1.0)
-        w[layout.static_rhs : layout.static_rhs + 2] = position
         extensions = [i.pin for i in self.injectors] if pins is None else np.asarray(pins, float)
         if len(extensions) != len(self.injectors):
             raise FilmError(f"pins: {len(extensions)} values for {len(self.injectors)} injectors; give one each")
         for k, (injector, pin) in enumerate(zip(self.injectors, extensions, strict=True)):
             w[layout.pin_conductance + k] = injector.conductance(float(pin))
             w[layout.supply + k] = supply_pressure + self.ambient_pressure
-        U = speed * self.radius
-        converged = settle_film(
-            w, layout, lambda iadt, tolerance: kernels.pseudo_step(w, ix, F, layout, U, iadt, tolerance, 0.0)
-        )
-        if not converged:
+        if not self._settle(w, ix, F, position, speed):
             raise FilmError(f"film: no steady state at journal {position}, speed {speed} rad/s; refine the grid")
         _apart(kernels.least_gap(w, F, layout))
-        return w, F, converged
+        return w, F, True
+
+    def _settle(self, w: Array, ix: NDArray[np.int64], F: Any, position: Array, speed: float) -> bool:
+        """Bring the film to its steady state with the journal at a position [m]; whether it has one.
+
+        Beyond the clearance the film has to bend a foil on the way: the journal comes near in steps.
+        """
+        layout, way = self._built[0], float(np.hypot(*position))
+        near = layout.foil == 0 or way < self.clearance
+        gone = way if near else 0.5 * self.clearance
+        while True:
+            w[layout.journal : layout.journal + 2] = position if gone == way else gone / way * position
+            w[layout.static_rhs : layout.static_rhs + 2] = w[layout.journal : layout.journal + 2]
+            if not settle_film(
+                w, layout,
+                lambda iadt, tolerance: kernels.pseudo_step(
+                    w, ix, F, layout, speed * self.radius, iadt, tolerance, 0.0
+                ),
+            ):  # fmt: skip
+                return False
+            if gone == way:
+                return True
+            gap = float(kernels.least_gap(w, F, layout))
+            if not gap > TOO_NEAR * self.clearance:
+                return False
+            gone = min(way, gone + NEARER * gap)
 
     def _result(self, w: Array, F: Any, speed: float, converged: bool) -> SteadyFilm:
         layout, model = self._built[0], self.model

@@ -73,6 +73,69 @@ def keep_push(w, L, i, j, inverse):
     w[L.push_x_by + k], w[L.push_y_by + k] = x * inverse, y * inverse
 
 
+@inlined
+def shift_strips(w, L, line, change):
+    """Add a change to the deflection of every fourth strip, ghosts and edges too."""
+    for i in range(line, L.n_theta, 4):
+        start = L.bend + L.first + i * L.stride
+        for k in range(start + L.half - 1, start + L.n_rows + 1):
+            w[k] += change
+            if i == 0:
+                w[k + L.n_theta * L.stride] += change
+            if i == L.n_theta - 1:
+                w[k - L.n_theta * L.stride] += change
+
+
+@inlined
+def read_strips(w, F, L, iadt):
+    """Derivatives of the deflection of every strip after q = p^2 along it."""
+    strip = F.strip / (1.0 + F.bend_time * iadt)
+    for i in range(L.n_theta):
+        line = L.first + i * L.stride
+        mean = 0.0
+        for k in range(line, line + L.n_rows):
+            mean += w[L.weight + k] * (w[L.p + k] - F.pa)
+        on = 1.0 if mean >= 0.0 else 0.0
+        for k in range(line, line + L.n_rows):
+            w[L.strip_reads + k] = on * strip * 0.5 * w[L.weight + k] / w[L.p + k]
+    wrap(w, L, L.strip_reads)
+
+
+@shared
+def strip_columns(w, F, L, U, iadt):
+    """Derivatives of the residual, and of the push between the lines, after the deflection of every strip.
+
+    Expects that the strips are held; a strip moves the residuals of its own line and of both beside it.
+    """
+    step = STEP * F.clearance
+    for line in range(4):
+        shift_strips(w, L, line, step)
+        cells_there(w, F, L, U, iadt)
+        for k in range(L.length):
+            w[L.dh + k] = w[L.r + k]
+        if L.textured == 1:
+            for k in range(L.length):
+                w[L.shifted_x + k], w[L.shifted_y + k] = w[L.push_x + k], w[L.push_y + k]
+        shift_strips(w, L, line, -2.0 * step)
+        cells_there(w, F, L, U, iadt)
+        shift_strips(w, L, line, step)
+        for i in range(line, L.n_theta, 4):
+            own = L.first + i * L.stride
+            before = L.first + (i - 1 + L.n_theta) % L.n_theta * L.stride
+            behind = L.first + (i + 1) % L.n_theta * L.stride
+            for j in range(L.n_rows):
+                w[L.by_own + own + j] = (w[L.dh + own + j] - w[L.r + own + j]) * (0.5 / step)
+                w[L.by_behind + before + j] = (w[L.dh + before + j] - w[L.r + before + j]) * (0.5 / step)
+                w[L.by_before + behind + j] = (w[L.dh + behind + j] - w[L.r + behind + j]) * (0.5 / step)
+            if L.textured == 1:
+                x = y = 0.0
+                for start in (own, before):
+                    for k in range(start + L.half - 1, start + L.n_rows):
+                        x += w[L.shifted_x + k] - w[L.push_x + k]
+                        y += w[L.shifted_y + k] - w[L.push_y + k]
+                w[L.strip_push + 2 * i], w[L.strip_push + 2 * i + 1] = x * (0.5 / step), y * (0.5 / step)
+
+
 @shared
 def differences(w, F, L, U, iadt, array, squared):
     """Derivatives after the nodes of an array: after q = p^2 for p (`squared`), else after the values themselves.
@@ -111,8 +174,18 @@ def differences(w, F, L, U, iadt, array, squared):
 
 @inlined
 def numerical_jacobian(w, F, L, U, iadt):
-    """As `residual.jacobian`, with corners for grooves; leaves no residual of injectors behind."""
-    differences(w, F, L, U, iadt, L.p, True)
+    """As `residual.jacobian`, with corners for grooves; leaves no residual of injectors behind.
+
+    With strips the derivatives after q are those over a foil that is held, and its own stand beside them.
+    """
+    if L.strips == 1:
+        w[L.held] = 1.0
+        read_strips(w, F, L, iadt)
+        strip_columns(w, F, L, U, iadt)
+        differences(w, F, L, U, iadt, L.p, True)
+        w[L.held] = 0.0
+    else:
+        differences(w, F, L, U, iadt, L.p, True)
 
 
 @inlined

@@ -57,8 +57,32 @@ def bend_foil(w, F, L, iadt):
     """Deflection of the foil [m] under the present pressure at the end of a stage; iadt = 0 is at rest."""
     past = F.bend_time * iadt
     inverse = 1.0 / (1.0 + past)
-    for k in range(L.length):
-        w[L.bend + k] = (w[L.soft + k] * (w[L.p + k] - F.pa) + past * w[L.bend_rhs + k]) * inverse
+    if L.strips == 1 and F.strip > 0.0:
+        if w[L.held] == 0.0:
+            bend_strips(w, F, L, past, inverse)
+    else:
+        for k in range(L.length):
+            w[L.bend + k] = (w[L.soft + k] * (w[L.p + k] - F.pa) + past * w[L.bend_rhs + k]) * inverse
+
+
+@inlined
+def bend_strips(w, F, L, past, inverse):
+    """Deflection of the foil [m] by the mean pressure along every strip of bumps, a line of the grid.
+
+    Where the mean is below the ambient pressure the foil lifts off: the bumps are unloaded, and the film does not pull
+    the journal.
+    """
+    for i in range(-1, L.n_theta + 1):
+        line = L.first + i * L.stride
+        mean = 0.0
+        for k in range(line, line + L.n_rows):
+            mean += w[L.weight + k] * (w[L.p + k] - F.pa)
+        mean *= F.strip
+        on = 1.0 if mean >= 0.0 else 0.0
+        bend = (on * mean + past * w[L.bend_rhs + line]) * inverse
+        for k in range(line + L.half - 1, line + L.n_rows + 1):
+            w[L.bend + k] = bend
+            w[L.force_x + k], w[L.force_y + k] = on * w[L.whole_x + k], on * w[L.whole_y + k]
 
 
 @inlined

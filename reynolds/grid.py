@@ -27,11 +27,12 @@ FILM_ARRAYS = (
     "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
 )  # fmt: skip
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
+STRIP_ARRAYS = ("strip_reads", "by_before", "by_own", "by_behind", "whole_x", "whole_y")
 TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "broad", "ahead_x", "ahead_y", "patch",
                   "patch_south", "mixed", "south", "north", "face_west", "face_east", "south_west", "south_east",
                   "north_west", "north_east", "push_x", "push_y", "shifted_x", "shifted_y", "push_x_by",
                   "push_y_by")  # fmt: skip
-"""Arrays of films with a foil or with grooves and steps; other films have no room for them."""
+"""Arrays of films with a foil, with strips under it or with grooves and steps; other films have no room for them."""
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
@@ -65,6 +66,7 @@ class Layout(NamedTuple):
     half: int
     rarefied: int
     foil: int
+    strips: int
     textured: int
     grooved: int
     n_steps: int
@@ -112,6 +114,14 @@ class Layout(NamedTuple):
     bend_old: int
     bend_rate: int
     bend_mid: int
+    strip_reads: int
+    by_before: int
+    by_own: int
+    by_behind: int
+    whole_x: int
+    whole_y: int
+    strip_push: int
+    held: int
     depth: int
     share: int
     cos_squared: int
@@ -288,7 +298,7 @@ class FilmGrid:
 
 def make_layout(
     grid: FilmGrid, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
-    foil: bool = False, texture: Texture | None = None, edges: int = 0,
+    foil: bool = False, texture: Texture | None = None, edges: int = 0, strips: bool = False,
 ) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
 
@@ -303,6 +313,7 @@ def make_layout(
     sizes = {name: length for name in FILM_ARRAYS}
     textured, form = texture is not None, texture or Texture()
     further = {name: length * foil for name in FOIL_ARRAYS} | {name: length * textured for name in TEXTURE_ARRAYS}
+    further |= {name: length * strips for name in STRIP_ARRAYS} | {"strip_push": 2 * grid.n_theta * strips, "held": 1}
     lines, patches = (textured * count * form.pieces for count in (grid.n_theta, rows + 1))
     further |= {
         "line_piece": lines, "line_lift": lines, "line_middle": lines, "line_turn": 4 * lines,
@@ -336,7 +347,7 @@ def make_layout(
     }  # fmt: skip
     return Layout(
         n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), rarefied=int(rarefied),
-        foil=int(foil), textured=int(textured), grooved=int(form.grooved), n_steps=form.steps,
+        foil=int(foil), strips=int(strips), textured=int(textured), grooved=int(form.grooved), n_steps=form.steps,
         pieces=form.pieces, n_inj=n_inj, n_border=borders, length=length, span=span,
         first=first, size=at, **offsets, **integers,
     )  # fmt: skip

@@ -125,6 +125,8 @@ def _on_foil(
     moves has S q' + M w' + (J - J_w R) q + J_w w = 0 and tau w' + w = R q, with R = dw/dq at rest and M, `opening`,
     what a gap that opens takes; w' is put in from the second, so that S stays diagonal.
     """
+    if layout.strips:
+        return _on_strips(film, opening, layout, w, float(F["bend_time"]))
     n, at = film.F_y.shape[1] - layout.n_inj, cells(layout)
     softness = (w[layout.soft + at] * 0.5 / w[layout.p + at]).ravel()
     if not F["bend_time"] > 0:
@@ -146,6 +148,33 @@ def _on_foil(
         F_w += np.stack([w[by + at].ravel() for by in (layout.push_x_by, layout.push_y_by)])
     F_y = np.hstack([film.F_y - F_w @ R, F_w])
     return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), F_y)
+
+
+def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndarray, time: float) -> LinearFilm:
+    """The film with the deflection w of every strip, a state of its own.
+
+    S q' + M w' + J q + J_w w = 0 and tau w' + w = R q, with M what a strip that moves takes, is written for
+    u = q + S^-1 M w, so that S stays diagonal.
+    """
+    n, at, lines = layout.n_theta * layout.n_rows, cells(layout), layout.n_theta
+    number = np.arange(n).reshape(at.shape)
+    strip = np.repeat(np.arange(lines), layout.n_rows).reshape(at.shape)
+    R = sparse.csc_matrix((w[layout.strip_reads + at].ravel(), (strip.ravel(), number.ravel())), (lines, len(film.S)))
+    J_w = sparse.csc_matrix((len(film.S), lines))
+    for array, beside in ((layout.by_own, 0), (layout.by_before, -1), (layout.by_behind, 1)):
+        columns = (strip + beside) % lines
+        J_w += sparse.csc_matrix((w[array + at].ravel(), (number.ravel(), columns.ravel())), J_w.shape)
+    G = sparse.csc_matrix((opening / film.S[:n], (number.ravel(), strip.ravel())), J_w.shape)
+    J = sparse.bmat([[film.J, J_w - film.J @ G], [-R, sparse.identity(lines) + R @ G]], format="csc")
+    F_w = -film.F_y @ G
+    if layout.textured:
+        F_w = F_w + w[layout.strip_push : layout.strip_push + 2 * lines].reshape(lines, 2).T
+
+    def below(rows: np.ndarray) -> np.ndarray:
+        return np.vstack([rows, np.zeros((lines, rows.shape[1]))])
+
+    S = np.concatenate([film.S, np.full(lines, time)])
+    return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), np.hstack([film.F_y, F_w]))
 
 
 def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:

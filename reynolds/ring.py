@@ -49,6 +49,10 @@ def load_block(w, L, i, k):
     """Write the tridiagonal block of the line starting at cell k into inverse block i."""
     n = L.n_rows
     tridiagonal(w, L.inverse + i * n * n, L.down + k, L.diag + k, L.up + k, n)
+    if L.strips == 1:
+        for b in range(n):
+            for a in range(n):
+                w[L.inverse + i * n * n + b * n + a] += w[L.by_own + k + a] * w[L.strip_reads + k + b]
 
 
 @inlined
@@ -57,7 +61,9 @@ def eliminate(w, L, i, other, to_other, from_other):
     n = L.n_rows
     k, ko = L.first + i * L.stride, L.first + other * L.stride
     block, inverse = L.inverse + i * n * n, L.inverse + other * n * n
-    if L.textured == 0:
+    if L.strips == 1:
+        eliminate_strip(w, L, block, inverse, k, ko, to_other, from_other)
+    elif L.textured == 0:
         less_scaled(w, block, to_other + k, inverse, from_other + ko, n)
     else:
         for b in range(n):
@@ -66,6 +72,45 @@ def eliminate(w, L, i, other, to_other, from_other):
                     for q in range(max(b - 1, 0), min(b + 2, n)):
                         left, right = corner(L, to_other, p - a) + k + a, corner(L, from_other, b - q) + ko + q
                         w[block + b * n + a] -= w[left] * w[inverse + q * n + p] * w[right]
+
+
+@inlined
+def eliminate_strip(w, L, block, inverse, k, ko, to_other, from_other):
+    """`eliminate` column by column, where the couplings have the strips under the lines from cells k and ko."""
+    n, lead = L.n_rows, (L.n_rows + 15) // 8 * 8
+    x, y, z = L.lanes + 8, L.lanes + 8 + lead, L.lanes + 8 + 2 * lead
+    for b in range(n):
+        for q in range(n):
+            w[x + q] = w[by_strip(L, from_other) + ko + q] * w[L.strip_reads + k + b]
+        w[x + b] += w[from_other + ko + b]
+        if L.textured == 1:
+            for q in range(max(b - 1, 0), min(b + 2, n)):
+                if q != b:
+                    w[x + q] += w[corner(L, from_other, b - q) + ko + q]
+        for q in range(-1, n + 1):
+            w[y + q] = 0.0
+        for p in range(n):
+            for q in range(n):
+                w[y + q] += w[inverse + p * n + q] * w[x + p]
+        times_line(w, L, z, to_other, k, y)
+        for a in range(n):
+            w[block + b * n + a] -= w[z + a]
+
+
+@inlined
+def by_strip(L, side):
+    """Offset of the derivatives after the strip under the line on a side (west or east)."""
+    return L.by_before if side == L.west else L.by_behind
+
+
+@inlined
+def strip_on(w, L, side, k, x):
+    """Deflection of the strip under the line on a side of that from cell k, whose line has the values from x."""
+    line = L.strip_reads + (k - L.stride if side == L.west else k + L.stride)
+    value = 0.0
+    for e in range(L.n_rows):
+        value += w[line + e] * w[x + e]
+    return value
 
 
 @inlined
@@ -94,6 +139,10 @@ def less_line(w, L, y, a, side, k, x):
     if L.textured == 1:
         for e in range(L.n_rows):
             w[y + e] -= w[corner(L, side, -1) + k + e] * w[x + e - 1] + w[corner(L, side, 1) + k + e] * w[x + e + 1]
+    if L.strips == 1:
+        bend = strip_on(w, L, side, k, x)
+        for e in range(L.n_rows):
+            w[y + e] -= w[by_strip(L, side) + k + e] * bend
 
 
 @inlined
@@ -103,6 +152,10 @@ def times_line(w, L, y, side, k, x):
     if L.textured == 1:
         for e in range(L.n_rows):
             w[y + e] += w[corner(L, side, -1) + k + e] * w[x + e - 1] + w[corner(L, side, 1) + k + e] * w[x + e + 1]
+    if L.strips == 1:
+        bend = strip_on(w, L, side, k, x)
+        for e in range(L.n_rows):
+            w[y + e] += w[by_strip(L, side) + k + e] * bend
 
 
 @inlined
@@ -153,6 +206,11 @@ def spike_rhs(w, L):
             if row > 0:
                 w[column + after + row - 1] = w[L.north_west + after + row - 1]
                 w[column + before + row - 1] = w[L.north_east + before + row - 1]
+        if L.strips == 1:
+            reads = w[L.strip_reads + L.first + c // L.n_rows * (L.n_theta // 2) * L.stride + row]
+            for e in range(L.n_rows):
+                w[column + after + e] += w[L.by_before + after + e] * reads
+                w[column + before + e] += w[L.by_behind + before + e] * reads
 
 
 @inlined
@@ -175,6 +233,9 @@ def close_spike(w, L, c):
             coupling(w, L, L.east, line + row, column + after + row)
             + coupling(w, L, L.west, line + row, column + before + row)
         )
+        if L.strips == 1:
+            w[L.closure + c * 2 * n + a] -= w[L.by_behind + line + row] * strip_on(w, L, L.east, line, column + after)
+            w[L.closure + c * 2 * n + a] -= w[L.by_before + line + row] * strip_on(w, L, L.west, line, column + before)
     reach = 1 if c == 0 else int(w[L.convergence + REACH])
     while strong_beyond(w, L, c, reach):
         reach += 1

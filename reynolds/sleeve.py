@@ -14,6 +14,13 @@ w [m] is its deflection at every node, k its stiffness per area [Pa/m], eta the 
 foundation has at the frequency omega_eta. Bumps do not pull on each other. The deflection at the end of an implicit
 stage follows from the pressure there, so that it is no unknown of its own: the film's Jacobian contains it.
 
+Strips of bumps along the axis bend by the mean pressure along them, as Heshmat et al. have it, and only push:
+
+.. math:: \tau\,\dot w + w = \max\!\left(0, \frac1L\int\frac{p - p_a}{k}\,\mathrm dz\right)
+
+Where the mean is below ambient the foil has lifted off: ambient pressure is on both sides of it, and the film there
+does not act on the journal.
+
 Cites: heshmat_1983.
 """
 
@@ -216,6 +223,10 @@ class Foil(SleeveForm):
     """
 
     fed = False
+    bumps: Literal["points", "strips"] = field(
+        default="points", kw_only=True,
+        metadata={"doc": "'points' follow the pressure on them both ways, 'strips' its axial mean, and only push."},
+    )  # fmt: skip
     stiffness: float = number("N/m^3", "Stiffness per area of the foil.", above=0, high=1e18, example=4.7e9)
     loss_factor: float = number("1", "Loss factor of the foil at loss_frequency.", 0.0, low=0, high=2, example=0.2)
     loss_frequency: float = number(

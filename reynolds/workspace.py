@@ -14,7 +14,7 @@ from reynolds.sleeve import PLAIN, Sleeve, fill_texture, stretches
 
 CONSTANTS = (
     "mu", "mean_free_path", "radius", "dy", "dz", "pa", "area", "source", "clearance", "h_min", "uneven", "bend_time",
-    "grooved", "recessed", "wide", "lobe", "stretches", "jumps",
+    "grooved", "recessed", "wide", "lobe", "stretches", "jumps", "strip",
 )  # fmt: skip
 FILM_DTYPE = np.dtype([(name, "f8") for name in CONSTANTS])
 
@@ -91,9 +91,17 @@ class FilmModel:
             gas.viscosity, gas.mean_free_path, grid.radius, grid.dy, grid.dz, gas.ambient_pressure, area,
             rt / (grid.dy * grid.dz), self.clearance, self.h_min, uneven, bend_time, grooved,
             float(sleeve.recesses(grid.length) != ()), *sleeve.arc(self.clearance), len(self.stretches),
-            self.stretches[:, -1].sum(),
+            self.stretches[:, -1].sum(), self.strip,
         )  # fmt: skip
         return np.array([row], FILM_DTYPE).view(np.recarray)
+
+    @property
+    def strip(self) -> float:
+        """Deflection of a strip of bumps [m/Pa] by a node's share of the mean pressure along it; 0 without strips."""
+        foil, grid = self.sleeve.foil, self.grid
+        if foil is None or foil.bumps == "points":
+            return 0.0
+        return grid.dz * (2 if grid.half else 1) / (grid.length * foil.stiffness)
 
     @cached_property
     def stretches(self) -> np.ndarray:
@@ -137,10 +145,19 @@ class FilmModel:
         for offset in (layout.p, layout.p_1, layout.p_2, layout.p_3):
             fill(w, offset, layout, np.full(shape, self.gas.ambient_pressure), self.gas.ambient_pressure)
         w[layout.stretches : layout.stretches + self.stretches.size] = self.stretches.ravel()
-        if layout.foil and self.sleeve.foil is not None:
+        if layout.foil and self.sleeve.foil is not None and self.sleeve.foil.bumps == "points":
             w[layout.soft : layout.soft + layout.length] = 1 / self.sleeve.foil.stiffness
         if layout.textured:
             fill_texture(w, layout, grid, self.sleeve, self.clearance)
+        if layout.strips:
+            self._fill_strips(w, layout)
+
+    def _fill_strips(self, w: np.ndarray, layout: Layout) -> None:
+        """Keep the weights of the force; where strips carry, the edges stand for the ambient pressure on every line."""
+        inside = cells(layout)
+        for force, whole in ((layout.force_x, layout.whole_x), (layout.force_y, layout.whole_y)):
+            w[force + inside[:, -1] + 1] = -w[force + inside].sum(axis=1)
+            w[whole : whole + layout.length] = w[force : force + layout.length]
 
     def _fill_footprints(self, w: np.ndarray, ix: np.ndarray, layout: Layout, prints: Sequence[Footprint]) -> None:
         index = cells(layout)
@@ -194,6 +211,8 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     laws = {f.law for f in films if f.injectors}
     if len(laws) > 1:
         raise FilmError("injectors: all must have the same law")
+    if len({f.sleeve.foil.bumps for f in films if f.sleeve.foil is not None}) > 1:
+        raise FilmError("foils: all must have the same kind of bumps")
     prints = [[footprint(film.grid, injector) for injector in film.injectors] for film in films]
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
@@ -201,7 +220,8 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
     layout = make_layout(
         first.grid, sources, readers, rarefied,
-        foil=any(f.sleeve.foil is not None for f in films), texture=_texture([f.sleeve for f in films]),
+        foil=any(f.sleeve.foil is not None for f in films), strips=any(f.strip > 0 for f in films),
+        texture=_texture([f.sleeve for f in films]),
         edges=max(len(f.stretches) for f in films) - first.grid.n_theta,
     )  # fmt: skip
     w = np.zeros(len(films) * layout.size)

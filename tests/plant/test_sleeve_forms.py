@@ -13,6 +13,7 @@ from rotorsim.plant import Plant
 
 FORMS = {
     "foil": 'foil = { stiffness = "5 GN/m^3", loss_factor = 0.3 }',
+    "strips": 'foil = { bumps = "strips", stiffness = "5 GN/m^3", loss_factor = 0.3 }',
     "foil without loss": 'foil = { stiffness = "5 GN/m^3" }',
     "grooves": 'grooves = { on = "journal", depth = "20 um", share = 0.5, angle = "28 deg" }',
     "steps": 'steps = [{ count = 3, depth = "10 um", arc = "45 deg" }]',
@@ -52,7 +53,13 @@ acceleration = "9.81 m/s^2"
 
 
 @pytest.mark.parametrize(
-    "names", [("foil", "steps"), ("lobes", "grooves"), *(pytest.param((n, n), marks=pytest.mark.slow) for n in FORMS)]
+    "names",
+    [
+        ("foil", "steps"),
+        ("lobes", "grooves"),
+        ("strips", "steps"),
+        *(pytest.param((n, n), marks=pytest.mark.slow) for n in FORMS),
+    ],
 )
 def test_the_linear_model_is_the_plant_for_small_motion(names):
     """A push of 10 mN on the plant against exp(A t) of its linear model, over the first 8 ms."""
@@ -73,6 +80,18 @@ def test_the_linear_model_is_the_plant_for_small_motion(names):
         steps[k] = H @ state
         state = both[:n, :n] @ state + both[:n, n:] @ np.r_[0.0, 0.0, push[k], 0.0]
     np.testing.assert_allclose(moved, steps, atol=4e-3 * np.abs(steps).max())
+
+
+def test_strips_carry_a_rotor_beyond_the_clearance():
+    """An equilibrium under 149 N on each film, which a run keeps."""
+    wheel = 'position = "100 mm"\nmass = "28.4 kg"\npolar_inertia = "0.1 kg*m^2"\ndiametral_inertia = "0.1 kg*m^2"'
+    heavy = f"[[discs]]\n{wheel}"
+    plant = Plant(machine(FORMS["strips"], FORMS["strips"], extra=heavy))
+    rest = plant.equilibrium(4000.0, 0.0)
+    assert np.hypot(*rest.journals.T).min() > 20e-6
+    assert rest.h_min > 0
+    run = plant.simulate(2e-3, 4000.0, 0.0)
+    np.testing.assert_allclose(run["disc"].values[-1], run["disc"].values[0], atol=1e-9)
 
 
 def test_films_of_different_forms_stand_on_one_rotor():

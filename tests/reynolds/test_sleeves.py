@@ -23,6 +23,9 @@ FORMS = {
     "spiral": Sleeve(grooves=Grooves(20e-6, 0.5, 0.5, pattern="spiral")),
     "foil": Sleeve(foil=FOIL),
     "foil with loss": Sleeve(foil=Foil(5e9, 0.3)),
+    "strips": Sleeve(foil=Foil(5e9, bumps="strips")),
+    "strips with loss": Sleeve(foil=Foil(5e9, 0.3, bumps="strips")),
+    "strips and lobes that jump": Sleeve(lobes=Lobes(3, 0.5, 0.8), foil=Foil(5e9, 0.3, bumps="strips")),
 }
 
 
@@ -46,7 +49,9 @@ def test_stiffness_is_that_of_differences_of_the_steady_force(name):
     np.testing.assert_allclose(K, moved, atol=1e-6 * np.abs(K).max())
 
 
-@pytest.mark.parametrize("name", ["steps", "spiral", "grooved journal", "foil", "foil with loss"])
+@pytest.mark.parametrize(
+    "name", ["steps", "spiral", "grooved journal", "foil", "foil with loss", "strips", "strips with loss"]
+)
 def test_the_dynamic_stiffness_is_that_of_a_small_vibration(name):
     """The film marched in time through a vibration of 20 nm along x at 300 Hz answers as K + i omega C."""
     one, omega, amplitude, steps = bearing(FORMS[name], 16, 8), 2 * np.pi * 300, 20e-9, 80
@@ -63,7 +68,7 @@ def test_the_dynamic_stiffness_is_that_of_a_small_vibration(name):
     assert march.mass_defect < 1e-9
 
 
-@pytest.mark.parametrize("name", ["lobes", "steps", "grooves", "foil"])
+@pytest.mark.parametrize("name", ["lobes", "steps", "grooves", "foil", "strips"])
 def test_the_force_converges_in_the_second_order(name):
     forces = [force(FORMS[name], n) for n in (16, 32, 64)]
     coarse, fine = (np.linalg.norm(b - a) for a, b in pairwise(forces))
@@ -73,6 +78,59 @@ def test_the_force_converges_in_the_second_order(name):
 def test_the_plain_film_is_the_limit_of_a_stiff_foil():
     plain = force(Sleeve())
     np.testing.assert_allclose(force(Sleeve(foil=Foil(1e16))), plain, atol=1e-6 * np.linalg.norm(plain))
+
+
+def along(one, journal):
+    """Mean pressures (n,) [Pa] over the ambient one along the lines, their angles and the steady film."""
+    film = one.steady(journal, SPEED)
+    return film.pressure.mean(axis=1) - PA, film.theta, film
+
+
+def test_stiff_strips_push_as_the_plain_film_where_it_presses_and_do_not_pull():
+    mean, theta, _ = along(bearing(), JOURNAL)
+    assert mean.min() < -0.05 * mean.max()
+    area = 2 * np.pi * R * L / theta.size
+    expected = [-(np.maximum(mean, 0) * way(theta)).sum() * area for way in (np.cos, np.sin)]
+    found = force(Sleeve(foil=Foil(1e16, bumps="strips")))
+    np.testing.assert_allclose(found, expected, atol=1e-6 * np.linalg.norm(expected))
+
+
+def test_strips_carry_what_the_journal_feels_and_are_never_bent_inwards():
+    """k w, the force on the bumps per area, integrates to the force on the journal; the gap has the same w >= 0."""
+    sleeve = FORMS["strips"]
+    mean, theta, film = along(bearing(sleeve, n_theta=64), JOURNAL)
+    bend = np.maximum(mean, 0) / sleeve.foil.stiffness
+    area = 2 * np.pi * R * L / theta.size
+    carried = [-sleeve.foil.stiffness * (bend * way(theta)).sum() * area for way in (np.cos, np.sin)]
+    np.testing.assert_allclose(film.force, carried, rtol=1e-9)
+    gap = C + bend - JOURNAL[0] * np.cos(theta) - JOURNAL[1] * np.sin(theta)
+    assert (mean < 0).any()
+    assert film.h_min <= gap.min()
+    assert film.h_min == pytest.approx(gap.min(), rel=1e-3)
+
+
+TEST_BEARING = {"radius": 19.05e-3, "length": 38.1e-3, "clearance": 31.8e-6}
+TEST_SPEED = 30000 * np.pi / 30
+
+
+def test_strips_carry_the_load_of_the_published_test_bearing_beyond_the_clearance():
+    """134 N at 30,000 rpm (Ruscitto, McCormick & Gray 1978), with the stiffness that Heshmat et al. (1983) state."""
+    sleeve = Sleeve(foil=Foil(4.61e9, 0.2, bumps="strips"))
+    journal = (7.7e-6, -53.6e-6)
+    films = [bearing(sleeve, n, n // 3, **TEST_BEARING).steady(journal, TEST_SPEED) for n in (48, 96, 192)]
+    assert np.hypot(*journal) > 1.6 * TEST_BEARING["clearance"]
+    assert np.linalg.norm(films[-1].force) == pytest.approx(134.0, rel=0.02)
+    assert 6e-6 < films[-1].h_min < 7e-6
+    coarse, fine = (np.linalg.norm(b.force - a.force) for a, b in pairwise(films))
+    assert np.log2(coarse / fine) > 1.8
+    thicknesses = [film.h_min for film in films]
+    coarse, fine = (abs(b - a) for a, b in pairwise(thicknesses))
+    assert np.log2(coarse / fine) > 1.8
+
+
+def test_a_foil_bent_at_points_touches_at_its_ends_where_the_clearance_is_used_up():
+    with pytest.raises(FilmError):
+        bearing(Sleeve(foil=Foil(4.61e9)), **TEST_BEARING).steady((0.0, -32e-6), TEST_SPEED)
 
 
 POCKETS = Steps(3, 5e-6, 0.5)
@@ -116,7 +174,7 @@ def test_edges_of_two_rows_at_the_same_place_are_one():
 
 
 def test_half_of_a_symmetric_film_is_as_good_as_all_of_it():
-    for name in ("steps", "grooves", "foil"):
+    for name in ("steps", "grooves", "foil", "strips"):
         whole, half = force(FORMS[name], symmetric=False), force(FORMS[name])
         np.testing.assert_allclose(whole, half, rtol=1e-9)
 

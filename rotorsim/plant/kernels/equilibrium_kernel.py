@@ -46,6 +46,8 @@ from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, factor_mat
 from rotorsim.plant.kernels.sample import prepare, warm_films
 from rotorsim.plant.kernels.step import factorise, solve_film
 
+SLOWER = 1.5
+"""Growth of the pseudo-steps over strips of foil, which the film bends as the rotor comes down."""
 DAMPING = 2e3
 """Damper [N s/m] on the journal while it settles."""
 MOST_PASSES = 120
@@ -338,7 +340,7 @@ def march_films(w, ix, P, speed):
         if last and converged:
             break
         if converged:
-            step *= GROWTH
+            step *= GROWTH if FILM.strips == 0 else SLOWER
         else:
             restore_films(w)
             step *= RETREAT
