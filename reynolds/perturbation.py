@@ -126,7 +126,7 @@ def _on_foil(
     what a gap that opens takes; w' is put in from the second, so that S stays diagonal.
     """
     if layout.strips:
-        return _on_strips(film, opening, layout, w, float(F["bend_time"]))
+        return _on_strips(film, opening, layout, w, float(F["bend_time"])) if F["strip"] > 0 else film
     n, at = film.F_y.shape[1] - layout.n_inj, cells(layout)
     softness = (w[layout.soft + at] * 0.5 / w[layout.p + at]).ravel()
     if not F["bend_time"] > 0:
@@ -151,7 +151,7 @@ def _on_foil(
 
 
 def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndarray, time: float) -> LinearFilm:
-    """The film with the deflection w of every strip, a state of its own.
+    """The film with the deflection w of every strip, a state of its own where the foil has losses.
 
     S q' + M w' + J q + J_w w = 0 and tau w' + w = R q, with M what a strip that moves takes, is written for
     u = q + S^-1 M w, so that S stays diagonal.
@@ -165,10 +165,13 @@ def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndar
         columns = (strip + beside) % lines
         J_w += sparse.csc_matrix((w[array + at].ravel(), (number.ravel(), columns.ravel())), J_w.shape)
     G = sparse.csc_matrix((opening / film.S[:n], (number.ravel(), strip.ravel())), J_w.shape)
-    J = sparse.bmat([[film.J, J_w - film.J @ G], [-R, sparse.identity(lines) + R @ G]], format="csc")
-    F_w = -film.F_y @ G
+    J_w, whole, F_w = J_w - film.J @ G, 1 + (R @ G).diagonal(), -film.F_y @ G
     if layout.textured:
         F_w = F_w + w[layout.strip_push : layout.strip_push + 2 * lines].reshape(lines, 2).T
+    if time == 0:
+        bent = sparse.diags(1 / whole) @ R
+        return replace(film, J=(film.J + J_w @ bent).tocsc(), F_y=film.F_y + F_w @ bent)
+    J = sparse.bmat([[film.J, J_w], [-R, sparse.diags(whole)]], format="csc")
 
     def below(rows: np.ndarray) -> np.ndarray:
         return np.vstack([rows, np.zeros((lines, rows.shape[1]))])
