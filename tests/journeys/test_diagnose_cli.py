@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError
-from rotorsim.commands.diagnosis import unfinished
+from rotorsim.commands.diagnosis import show, unfinished
 from rotorsim.discrepancy.calibration import GRID
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import draw, record_of, write
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
+from tests.support.small_diagnosis import small_diagnosis
 
 EFFECTS = ("coupling", "runout", "shaft_bow")
 KEPT = ("fit_1", "fit_2", "fit_3", "fit_5", "fit_2_repeat", "held_out_1", "held_out_2", "untouched_2", "untouched_4")
@@ -197,3 +198,10 @@ def test_a_hidden_effect_is_found_without_opening_the_truth(run, tmp_path):
     for path in result["files"].values():
         assert Path(path).stat().st_size > 0
     assert "coupling" in load_machine(result["files"]["machine"]).effects
+
+
+@pytest.mark.parametrize(("status", "shown"), [("unknown", True), ("partial", True), ("recalibrated", False)])
+def test_numbers_of_a_calibration_without_a_verdict_are_shown_as_not_trusted(capsys, status, shown):
+    found = small_diagnosis(status=status, effects=[], calibration={"bearing.0.kx": (0.3, 0.01)})
+    show(found, {}, False)
+    assert ("not trusted: stiffness kxx" in capsys.readouterr().out) == shown
