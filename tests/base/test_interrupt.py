@@ -139,7 +139,7 @@ def test_a_system_that_allows_no_more_threads_is_no_error(monkeypatch):
 
 
 def test_a_command_runs_where_the_system_allows_no_threads(tmp_path):
-    """One sentence tells it; Ctrl-C still ends the command, once Python has its turn."""
+    """One sentence states it; Ctrl-C still ends the command, once Python has its turn."""
     refuse = "import threading\ndef refuse(thread): raise RuntimeError\nthreading.Thread.start = refuse\n"
     script = f"{refuse}from rotorsim.cli import main\nmain()"
     command = [sys.executable, "-c", script, "warm", "plain_rotor"]
