@@ -304,8 +304,10 @@ class ClusterWorkers:
                 raise ClusterError(f"worker {address}: other versions ({wrong}); install the same everywhere")
         with connected():
             numbers = {self._client.submit(function, *one, pure=False): k for k, one in enumerate(calls)}
-            for future in as_completed(numbers):
-                yield numbers[future], future.result()
+        for future in as_completed(numbers, loop=self._client.loop):
+            with connected():
+                result = future.result()
+            yield numbers[future], result
 
     def free(self, run: str) -> None:
         """End the cases of a run that workers still compute."""

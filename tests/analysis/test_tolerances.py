@@ -13,6 +13,7 @@ from rotorsim.analysis.tolerances import (
     read_requirements,
     read_variations,
 )
+from rotorsim.campaign.scheduler import spread_on
 
 MASS = "discs.0.mass=+- 4 %, bearings.*.kxx=10 MN/m +- 0.5 MN/m normal"
 
@@ -152,3 +153,16 @@ def test_a_best_value_at_a_bound_is_the_bound_and_limits_that_nothing_keeps_leav
 def test_a_search_without_bounds_or_quantity_is_refused(rotor, over, objective):
     with pytest.raises(rs.errors.DataError):
         rs.analysis.optimise(rotor, [over], objective, highest="5000 rpm")
+
+
+def test_a_cluster_gives_the_machines_of_this_computer(rotor):
+    from distributed import LocalCluster
+
+    options = {"count": 12, "what": "criticals", "highest": "4000 rpm"}
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as one,
+        spread_on(one.scheduler_address, None, None) as each,
+    ):
+        there = random_machines(rotor, "discs.0.mass=+- 5 %", each=each, **options)
+    here = random_machines(rotor, "discs.0.mass=+- 5 %", **options)
+    assert np.array_equal(there.data["critical_1"], here.data["critical_1"])

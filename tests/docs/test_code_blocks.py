@@ -41,8 +41,8 @@ NOT_RUN = (
 )
 """Lines, or blocks of Python by a word in them, that are not run here, and why."""
 NIGHTLY = (
-    r"^rotorsim (verify|hide|report diagnosis|diagnose (dtu|bently)|machine calibrate)",
-    r"^rotorsim map --speed|--over",
+    r"^rotorsim (verify|hide|report (design|diagnosis)|diagnose (dtu|bently)|machine calibrate)",
+    r"^rotorsim map --speed|--over|--random",
     r"^rotorsim design",
     r"^rotorsim (runup (--pressure|aerostatic)|modes grooved|experiment (prbs|staircase))",
     r"^rotorsim fmu",
