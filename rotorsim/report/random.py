@@ -25,7 +25,7 @@ def random_page(result: RandomResult) -> Page:
     varied = [(v.path, f"{v.centre:.6g} {v.unit}", f"{v.half:.4g} {v.unit}", laws[v.normal])
               for v in result.variations]  # fmt: skip
     head, table = result.table()
-    cells = [["-" if value is None else value for value in row] for row in table[:MOST_ROWS]]
+    cells = [["-" if value is None else _number(value) for value in row] for row in table[:MOST_ROWS]]
     text = "" if len(table) <= MOST_ROWS else f"The first {MOST_ROWS} of {len(table)} machines; all are in the files."
     missed = ("requirement", "missed", "of these not known", "probability", f"interval of {100 * SURE:.0f} %")
     blocks = [
