@@ -45,6 +45,12 @@ LOUD = 6.0
 """Amplitude of a tone in a sweep, in standard deviations by the scatter of its windows, from which on it is hum."""
 FEWEST_WINDOWS = 12
 """Fewest windows of a sweep that show such a scatter."""
+SEEN = 16.0
+"""Square of a tone over its variance from which on a stretch of windows shows whether it is there."""
+THROUGHOUT = 0.9
+"""Share of such stretches that have the tone: hum is there from end to end, a whirl sets in."""
+ROUND = 0.7
+"""Area of the orbit of two tones, over that of a circle of their power, from which on they are a whirl."""
 HUM = "hum of the mains at {frequency:.6g} Hz, {size}, was taken out: it turns with no shaft"
 """Note on hum."""
 DRIFT, FAR_DRIFT, DRIFT_LINES = 1e-8, 10.0, 3
@@ -383,6 +389,8 @@ def _nearest_tone(
     parts, sides = turned(best)
     bread = answer(np.linalg.inv, parts.sum(axis=0))
     found = bread @ sides.sum(axis=0)
+    if _sets_in(parts, sides, found) or _is_round(found):
+        return float(best), 0.0
     each = sum(
         float(np.sum(side * (answer(np.linalg.pinv, part) @ side))) for part, side in zip(parts, sides, strict=True)
     )
@@ -393,6 +401,20 @@ def _nearest_tone(
     spread = (bread @ (own.T @ own) @ bread for own in left)
     sizes = [c @ answer(np.linalg.pinv, V) @ c for c, V in zip(found.T, spread, strict=True)]
     return float(best), float(max(sizes)) ** 0.5
+
+
+def _sets_in(parts: np.ndarray, sides: np.ndarray, tone: np.ndarray) -> bool:
+    """Whether a tone (2, k) is missing in some of the windows: without it their sums of squares are no larger."""
+    power, cross = (np.sum(tone * one, axis=(1, 2)) for one in (parts @ tone, sides))
+    count = max(int(power.sum() / SEEN), 1)
+    stretch = np.minimum((np.cumsum(power) / power.sum() * count).astype(int), count - 1)
+    gains = np.bincount(stretch, 2 * cross - power)[np.unique(stretch)]
+    return bool(np.mean(gains > 0) < THROUGHOUT)
+
+
+def _is_round(tone: np.ndarray) -> bool:
+    """Whether tones of x and y (2, 2) are in quadrature and of like size, as a whirl has them."""
+    return tone.shape[1] == 2 and 2 * abs(float(np.linalg.det(tone))) > ROUND * float(np.sum(tone**2))
 
 
 def hum_lines(trial: Trial, frequency: float) -> np.ndarray:

@@ -389,7 +389,8 @@ def _without_hum(
 ) -> tuple[np.ndarray, list[str]]:
     """Displacements (n, 2) [m] of a sweep without the hum of the mains, and a sentence on each tone of it.
 
-    Within a window the amplitudes of the orders may bend, as they do at a resonance.
+    Within a window the amplitudes of the orders may bend, as they do at a resonance. A whirl along a line that keeps
+    one frequency from end to end would count as hum.
     """
 
     def turning(own: slice) -> np.ndarray:

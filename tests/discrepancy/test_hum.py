@@ -132,3 +132,16 @@ def test_a_line_that_is_not_of_the_mains_or_not_coherent_stays_in_a_run_up(rng):
     record["disc_measured"] = record["disc_measured"] + tone[:, None]
     for one in (run_up(1e-6, 54.0, 0.02), record):
         assert "notes" not in runup_vectors(one).attrs
+
+
+@pytest.mark.parametrize("turning", [1.0, 0.3])
+@pytest.mark.parametrize(("begin", "end"), [(11.0, 20.0), (0.0, 10.0), (0.0, 20.0)])
+def test_a_whirl_near_the_mains_frequency_is_no_hum(turning, begin, end):
+    """One that sets in or ends is none whatever its orbit; one from end to end only where its orbit is round."""
+    record = run_up(0.0, 50.0, 0.02)
+    t = record["time"].values
+    there, phase = (t >= begin) & (t < end), 2 * np.pi * 50.2 * t
+    record["disc_measured"] = record["disc_measured"] + 5e-6 * there[:, None] * np.column_stack(
+        [np.cos(phase), turning * np.sin(phase)]
+    )
+    assert ("notes" in runup_vectors(record).attrs) == (turning < 1 and end - begin == 20)
