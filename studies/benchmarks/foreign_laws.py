@@ -1,4 +1,4 @@
-r"""Records of the independent rotor with a law that no catalogue has, and verdicts of `diagnose` on fourteen of them.
+r"""Records of the independent rotor with a law that no catalogue has, and verdicts of `diagnose` on fourteen.
 
     python -m studies.benchmarks.foreign_laws FOLDER [--seeds 1] [--laws NAME ...] [--size 1.0]
 
@@ -9,7 +9,8 @@ line and moment by moment in turn,
 .. math:: q = H(\omega)\,(f + \mathcal F\{F(q, \dot q, t)\}),
 
 which has no step in time. A law's size is such that the change of the response at the probes has the stated number of
-`FLOOR`. Supports are 10 to 20 % off those of the machine file. Truths are written, with their hash, before any verdict.
+`FLOOR`; each law of a pair does so alone. Supports are 10 to 20 % off those of the machine file. Truths are written,
+with their hash, before any verdict.
 
 Cites: friswell_2010.
 """
@@ -19,7 +20,7 @@ import hashlib
 import json
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -112,12 +113,25 @@ class LawCase:
     size: float
     rig: TwoDiscRig
     seed: int
+    other: "LawCase | None" = None
+    """A second law that acts too; its rig is not used."""
+
+    @property
+    def acting(self) -> "tuple[LawCase, ...]":
+        """The laws that act."""
+        return (self, self.other) if self.other else (self,)
+
+    @property
+    def name(self) -> str:
+        """Names of the laws that act."""
+        return " and ".join(one.law.name for one in self.acting)
 
     @property
     def truth(self) -> dict[str, Any]:
         """All that is drawn."""
-        return {"law": self.law.name, "kind": self.law.kind, "place": self.place, "size": self.size, "seed": self.seed,
-                "bearings": self.rig.bearings, "unbalance": self.rig.unbalance}  # fmt: skip
+        own = {"other": self.other.truth} if self.other else {}
+        return own | {"law": self.law.name, "kind": self.law.kind, "place": self.place, "size": self.size,
+                "seed": self.seed, "bearings": self.rig.bearings, "unbalance": self.rig.unbalance}  # fmt: skip
 
     @property
     def node(self) -> int:
@@ -159,36 +173,50 @@ def excitation(rig: TwoDiscRig, hertz: float, amplitude: float, lines: np.ndarra
 
 def repeated(case: LawCase, hertz: float, amplitude: float, size: float, known: dict[Any, Any]) -> np.ndarray:
     """Lines (lines, 2) [m] at the probes, mean included, of the motion that repeats with the force."""
-    lines = np.arange(0.0, HIGHEST, 1 / PERIOD)
-    law, node, speed = case.law, case.node, 2 * np.pi * hertz
+    lines, laws = np.arange(0.0, HIGHEST, 1 / PERIOD), (replace(case, size=size), *case.acting[1:])
     if hertz not in known:
-        known[hertz] = receptance(case.rig, hertz, lines, (DISC_NODES[0], node), (*DISC_NODES, node))
-    H, f = known[hertz], excitation(case.rig, hertz, amplitude, lines)
+        nodes = [one.node for one in laws]
+        known[hertz] = receptance(case.rig, hertz, lines, (DISC_NODES[0], *nodes), (*DISC_NODES, *nodes))
+    H, f, speed = known[hertz], excitation(case.rig, hertz, amplitude, lines), 2 * np.pi * hertz
     held = np.isin(lines, FORCE_LINES) & HELD
     f[held, :2] *= (np.sinc(lines / RATE) * np.exp(-1j * np.pi * lines / RATE))[held, None]
     q = np.einsum("lij,lj->li", H[:, :, :4], f)
-    probes, there = q[:, :2], q[:, 2:]
-    if law.stiffness is not None:
-        force = np.zeros_like(there)
-        for i, omega in enumerate(2 * np.pi * lines):
-            Z = size * law.stiffness(omega, speed)
-            force[i] = -np.linalg.solve(np.eye(2) + Z @ H[i, 2:, 4:], Z @ there[i])
-        return np.asarray(probes + np.einsum("lij,lj->li", H[:, :2, 4:], force))
-    if law.force is None or not size:
-        return np.asarray(probes)
-    angle, force = speed * np.arange(POINTS) * PERIOD / POINTS, np.zeros_like(there)
-    for _ in range(400):
-        moved = there + np.einsum("lij,lj->li", H[:, 2:, 4:], force)
-        u, v = (in_time(one) for one in (moved, 2j * np.pi * lines[:, None] * moved))
-        new = in_lines(size * law.force(u, v, angle, speed), len(lines))
+    probes, there, inner = q[:, :2], q[:, 2:], H[:, 2:, 4:]
+    Z = np.zeros_like(inner)
+    for k, one in enumerate(laws):
+        if one.law.stiffness is not None:
+            own = slice(2 * k, 2 * k + 2)
+            Z[:, own, own] = [one.size * one.law.stiffness(omega, speed) for omega in 2 * np.pi * lines]
+    closed = np.linalg.inv(np.eye(inner.shape[1]) + inner @ Z)
+    there, inner = np.einsum("lij,lj->li", closed, there), closed @ inner
+    force = nonlinear(laws, there, inner, lines, speed)
+    moved = there + np.einsum("lij,lj->li", inner, force)
+    return np.asarray(probes + np.einsum("lij,lj->li", H[:, :2, 4:], force - np.einsum("lij,lj->li", Z, moved)))
+
+
+def nonlinear(
+    laws: Sequence[LawCase], there: np.ndarray, inner: np.ndarray, lines: np.ndarray, speed: float
+) -> np.ndarray:
+    """Lines (lines, 2 laws) [N] of the forces of laws whose places move so without them (lines, 2 laws) [m]."""
+    force, own = np.zeros_like(there), [k for k, one in enumerate(laws) if one.law.force and one.size]
+    angle, names = (
+        speed * np.arange(POINTS) * PERIOD / POINTS,
+        " and ".join(f"{one.law.name} at {one.place}" for one in laws),
+    )
+    for _ in range(400 if own else 0):
+        moved, new = there + np.einsum("lij,lj->li", inner, force), np.zeros_like(force)
+        for k in own:
+            at = slice(2 * k, 2 * k + 2)
+            u, v = (in_time(one[:, at]) for one in (moved, 2j * np.pi * lines[:, None] * moved))
+            new[:, at] = in_lines(laws[k].size * laws[k].law.force(u, v, angle, speed), len(lines))
         change, force = np.abs(new - force).max(), force + 0.5 * (new - force)
         if change < 1e-7 * max(np.abs(force).max(), 1e-12):
-            break
+            return force
         if not np.abs(force).max() < 1e3:
-            raise ValueError(f"{law.name} at {case.place}, {hertz} Hz: no motion that stays small was found")
-    else:
-        raise ValueError(f"{law.name} at {case.place}, {hertz} Hz: no periodic motion was found")
-    return np.asarray(probes + np.einsum("lij,lj->li", H[:, :2, 4:], force))
+            raise ValueError(f"{names}, {speed:.4g} rad/s: no motion that stays small was found")
+    if own:
+        raise ValueError(f"{names}, {speed:.4g} rad/s: no periodic motion was found")
+    return force
 
 
 def in_time(lines: np.ndarray) -> np.ndarray:
@@ -272,8 +300,22 @@ def drawn(law: HiddenLaw, seed: int, factor: float = 1.0) -> LawCase:
     unbalance = tuple((float(me * rng.uniform(0.7, 1.4)), float(rng.uniform(-1, 1))) for me in UNBALANCE)
     places = ("left bearing", "right bearing") if law.name == "drift" else law.places
     case = LawCase(law, str(rng.choice(places)), 0.0, TwoDiscRig(bearings, unbalance, hum=0.0), seed)
+    return sized(case, FLOOR * factor * float(np.exp(rng.uniform(np.log(3), np.log(10)))))
+
+
+def drawn_pair(name: str, seed: int, factor: float = 1.0) -> LawCase:
+    """Case of a pair of laws, on the rig of the first one, each of which changes the response alone as in `drawn`."""
+    *names, together = PAIRS[name]
+    first, second = (drawn(next(law for law in LAWS if law.name == own), seed, factor) for own in names)
+    free = [place for place in second.law.places if place != first.place]
+    place = first.place if together else str(np.random.default_rng([seed, *name.encode()]).choice(free))
+    wanted = change(second, second.size, {})
+    return replace(first, other=sized(replace(second, rig=first.rig, place=place), wanted))
+
+
+def sized(case: LawCase, wanted: float) -> LawCase:
+    """A case with the size at which its law changes the response by this [m]."""
     known: dict[Any, Any] = {}
-    wanted = FLOOR * factor * float(np.exp(rng.uniform(np.log(3), np.log(10))))
 
     def missed(log_size: float) -> float:
         try:
@@ -281,8 +323,7 @@ def drawn(law: HiddenLaw, seed: int, factor: float = 1.0) -> LawCase:
         except (ValueError, FloatingPointError):
             return 10.0
 
-    start = STARTS[law.name]
-    low = np.log(start) - 3
+    low = np.log(STARTS[case.law.name]) - 3
     while missed(low) > 0:
         low -= 3
     high = low + 1.5
@@ -291,6 +332,11 @@ def drawn(law: HiddenLaw, seed: int, factor: float = 1.0) -> LawCase:
     return replace(case, size=float(np.exp(brentq(missed, low, high, xtol=1e-3))))
 
 
+PAIRS = {
+    "cubic and drag": ("cubic", "drag", True), "cubic and dry": ("cubic", "dry", False),
+    "swirl and quadratic": ("swirl", "quadratic", False),
+}  # fmt: skip
+"""Two laws at once, by the names of both, and whether they act at one place."""
 STARTS = {
     "cubic": 1e15, "quadratic": 3e9, "dry": 0.3, "drag": 1e5, "parametric": 1e4, "dead band": 1e5, "delayed": 3e4,
     "swirl": 0.1, "absorber": 0.03, "softening with speed": 1.0, "broadband": 1e-3, "line": 1e-3, "drift": 0.03,
@@ -335,30 +381,44 @@ def machine_of_laws() -> Machine:
 
 
 def judged(case: LawCase, found: Any) -> dict[str, Any]:
-    """Outcome of a verdict with place, form, relative error of the size and share of the gap gone."""
+    """Outcome of a verdict with place, form, relative error of the size and share of the gap gone.
+
+    Of two laws the found terms may be those of either one that acts at the place, or of both.
+    """
     out: dict[str, Any] = {"status": found.status, "gap": None if not found.discovered else reduction(found.gap)}
-    place = case.place.replace("left bearing", "the bearing left").replace("right bearing", "the bearing right")
     stochastic = case.law.kind == "stochastic"
     if found.status == "discovered":
-        law = found.discovered
-        out |= {"place": law.place == place, "near": place in " ".join(law.near),
-                "form": not stochastic and set(law.kinds) <= set(RIGHT_TERMS[case.law.kind])}  # fmt: skip
+        law, places = found.discovered, [place_of(one) for one in case.acting]
+        here = [one for one in case.acting if place_of(one) == law.place] or case.acting
+        right = {kind: one for one in here for kind in RIGHT_TERMS.get(one.law.kind, ())}
+        out |= {"place": law.place in places, "near": any(place in " ".join(law.near) for place in places),
+                "form": set(law.kinds) <= set(right), "kinds": list(law.kinds)}  # fmt: skip
         sizes = [
-            v
+            (v, right.get(kind, case))
+            for kind in law.kinds
             for key, (v, _) in law.terms.items()
-            if key not in ("gap", "delay", "resonance", "damping_ratio") and "2X_2" not in key
+            if re.fullmatch(rf"{kind.replace(' ', '_')}(_1)?(_[xy])?", key)
         ]
-        out["error"] = max(abs(size_of(case, v) - 1) for v in sizes) if out["form"] else None
-        right = out["place"] and out["form"]
-        out["outcome"] = "right" if right else "WRONG law" if not out["form"] else "WRONG place"
+        out["error"] = max(abs(size_of(one, v) - 1) for v, one in sizes) if out["form"] else None
+        outcome = (
+            "right"
+            if len(case.acting) == len({right[kind].law.name for kind in law.kinds if kind in right})
+            else "right, one of two"
+        )
+        out["outcome"] = "WRONG law" if not out["form"] else outcome if out["place"] else "WRONG place"
     elif found.status == "stochastic":
-        out |= {"place": found.stochastic.place == place, "near": place in found.stochastic.others}
+        out |= {"place": found.stochastic.place == place_of(case), "near": place_of(case) in found.stochastic.others}
         out["outcome"] = "right" if stochastic else "WRONG stochastic"
     elif found.status in ("named", "tie"):
         out["outcome"] = "WRONG name"
     else:
         out["outcome"] = "silent" if found.status in ("unknown", "partial") else found.status
     return out
+
+
+def place_of(case: LawCase) -> str:
+    """Place of a law as a verdict calls it."""
+    return f"the bearing {case.place.split()[0]}" if "bearing" in case.place else case.place
 
 
 def size_of(case: LawCase, value: float) -> float:
@@ -384,21 +444,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, nargs="+", default=[1])
-    parser.add_argument("--laws", nargs="+", choices=[law.name for law in LAWS], default=[law.name for law in LAWS])
+    names = [law.name for law in LAWS]
+    parser.add_argument("--laws", nargs="+", choices=[*names, *PAIRS], default=names, help="laws, or pairs of them")
     parser.add_argument("--size", type=float, default=1.0, help="factor on all sizes")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
     cases = [drawn(law, seed, asked.size) for seed in asked.seeds for law in LAWS if law.name in asked.laws]
+    cases += [drawn_pair(name, seed, asked.size) for seed in asked.seeds for name in PAIRS if name in asked.laws]
     truth = json.dumps([case.truth for case in cases], sort_keys=True)
     (asked.folder / "truth.json").write_text(truth)
     print(f"truth {hashlib.sha256(truth.encode()).hexdigest()}", flush=True)
     models = CompiledModels.of(machine_of_laws())
     for case in cases:
-        found = diagnosed(case, models) | {"law": case.law.name, "at": case.place, "size": case.size}
+        found = diagnosed(case, models) | {"at": [place_of(one) for one in case.acting]}
+        found |= {"law": case.name, "sizes": [one.size for one in case.acting]}
         with (asked.folder / "results.jsonl").open("a") as file:
             file.write(json.dumps(found, default=float) + "\n")
         shown = {key: found.get(key) for key in ("place", "form", "error", "gap")}
-        text = f"{case.law.name}, {case.place}: {found['sentence']} {shown}"
+        text = f"{case.name}, {' and '.join(found['at'])}: {found['sentence']} {shown}"
         print(f"{found['outcome']:16} {found['cpu_s']:5.0f} s  {text}", flush=True)
 
 

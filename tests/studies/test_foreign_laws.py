@@ -1,5 +1,6 @@
 """Generator of laws on the independent rotor: what it solves, what it draws, and its judge."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,10 +11,14 @@ from studies.benchmarks.foreign_laws import (
     FLOOR,
     HIGHEST,
     LAWS,
+    PAIRS,
     PERIOD,
+    PLACES,
+    HiddenLaw,
     LawCase,
     change,
     drawn,
+    drawn_pair,
     excitation,
     judged,
     machine_of_laws,
@@ -40,19 +45,55 @@ def test_a_law_that_is_a_stiffness_is_the_rotor_with_that_stiffness():
     found = repeated(case, 40, 1.0, case.size, {})
     more = receptance(case.rig, 40, lines, (DISC_NODES[0],), DISC_NODES,
                       lambda omega: case.size * case.law.stiffness(omega, 2 * np.pi * 40), case.node)  # fmt: skip
+    assert found == pytest.approx(np.einsum("lij,lj->li", more, held_force(case, lines)), rel=1e-9, abs=1e-16)
+
+
+def held_force(case, lines):
+    """Lines of the forces at 40 Hz, whose samples are held."""
     held = np.ones(len(lines), complex)
     f = excitation(case.rig, 40, 1.0, lines)
     at = np.abs(f[:, 0]) > 0
     at[lines == 40] = False
     held[at] = np.sinc(lines[at] / 5000) * np.exp(-1j * np.pi * lines[at] / 5000)
     f[:, :2] *= held[:, None]
-    assert found == pytest.approx(np.einsum("lij,lj->li", more, f), rel=1e-9, abs=1e-16)
+    return f
 
 
-@pytest.mark.parametrize("name", ["dry", "moving unbalance"])
-def test_the_size_changes_the_response_by_three_to_ten_floors(name):
-    case = drawn(BY_NAME[name], 2)
-    assert 2.9 * FLOOR < change(case, case.size, {}) < 10.1 * FLOOR
+SPRING = HiddenLaw("spring", "spring", force=lambda u, v, angle, speed: -u)
+
+
+@pytest.mark.parametrize("place", ["disc 2", "right bearing"])
+@pytest.mark.parametrize("two", [(SPRING, BY_NAME["softening with speed"]), (BY_NAME["softening with speed"], SPRING),
+                                 (SPRING, SPRING)])  # fmt: skip
+def test_two_laws_at_once_are_the_rotor_with_both_of_them(two, place):
+    """A spring in the time domain and a stiffness of lines, at one place or at two, against the matrices with both."""
+    other = LawCase(two[1], "disc 2", -0.1 if two[1] is not SPRING else 3e4, RIG, 1)
+    case = LawCase(two[0], place, 0.2 if two[0] is not SPRING else 2e4, RIG, 1, other)
+    lines = np.arange(0.0, HIGHEST, 1 / PERIOD)
+    found = repeated(case, 40, 1.0, case.size, {})
+    nodes = [PLACES[one.place] for one in case.acting]
+    K = [one.size * (1.0 if one.law is SPRING else -((2 * np.pi * 40) ** 2)) for one in case.acting]
+    H = receptance(RIG, 40, lines, (DISC_NODES[0], *nodes), (*DISC_NODES, *nodes))
+    Z = np.kron(np.diag(K), np.eye(2))
+    f = held_force(case, lines)
+    there = np.linalg.solve(np.eye(4) + H[:, 2:, 4:] @ Z, np.einsum("lij,lj->li", H[:, 2:, :4], f)[:, :, None])
+    expected = np.einsum("lij,lj->li", H[:, :2, :4], f) - (H[:, :2, 4:] @ Z @ there)[:, :, 0]
+    assert found == pytest.approx(expected, rel=1e-5, abs=1e-12)
+
+
+@pytest.mark.parametrize(("name", "factor"), [("dry", 1.0), ("moving unbalance", 1.0), ("dry", 1 / 3)])
+def test_the_size_changes_the_response_by_three_to_ten_floors(name, factor):
+    case = drawn(BY_NAME[name], 2, factor)
+    assert 2.9 * FLOOR < change(case, case.size, {}) / factor < 10.1 * FLOOR
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_each_law_of_a_pair_changes_the_response_by_three_to_ten_floors_alone(name):
+    case = drawn_pair(name, 1)
+    first, second = case.acting
+    assert case.name == name and (first.place == second.place) == PAIRS[name][2] and first.rig is second.rig
+    for one in (replace(case, other=None), second):
+        assert 2.9 * FLOOR < change(one, one.size, {}) < 10.1 * FLOOR
 
 
 @pytest.mark.parametrize(
@@ -77,3 +118,23 @@ def test_a_verdict_is_right_by_form_and_place(law, found, outcome, monkeypatch):
     assert seen["outcome"] == outcome
     if outcome == "right" and law == "cubic":
         assert seen["error"] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("kinds", "place", "outcome"),
+    [
+        (("cubic", "drag"), "disc 2", "right"), (("drag",), "disc 2", "right, one of two"),
+        (("radial cubic",), "disc 2", "right, one of two"), (("cubic", "dry"), "disc 2", "WRONG law"),
+        (("cubic",), "disc 1", "WRONG place"),
+    ],
+)  # fmt: skip
+def test_of_two_laws_at_a_place_one_or_both_may_be_found(kinds, place, outcome, monkeypatch):
+    monkeypatch.setattr("studies.benchmarks.foreign_laws.reduction", lambda gap: 1.0)
+    case = LawCase(BY_NAME["cubic"], "disc 2", 2.0, RIG, 1, LawCase(BY_NAME["drag"], "disc 2", 3.0, RIG, 1))
+    sizes = {"cubic": 2.1, "radial_cubic": 2.1, "drag": 3.3, "dry": 1.0}
+    own = SimpleNamespace(place=place, near=(), kinds=kinds,
+                          terms={(key := kind.replace(" ", "_")): (sizes[key], 0.0) for kind in kinds})  # fmt: skip
+    seen = judged(case, SimpleNamespace(status="discovered", gap=None, discovered=own))
+    assert seen["outcome"] == outcome
+    if outcome.startswith("right"):
+        assert seen["error"] == pytest.approx(0.1 if "drag" in kinds else 0.05)
