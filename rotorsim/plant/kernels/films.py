@@ -89,7 +89,9 @@ def correct_films(w, ix, P):
         v = film_part(w, f)
         for a in range(nb):
             v[FILM.small + a] = w[ROTOR.small + f * nb + a]
-        size = max(size, finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM))
+        own = finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM)
+        if size == size and not own <= size:  # what is no number stays, and is no small correction
+            size = own
     return size
 
 
