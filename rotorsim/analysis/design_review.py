@@ -439,7 +439,7 @@ def _force(plant: Plant, case: UnbalanceCase, speed: float, size: int) -> np.nda
     """Modal force (size,) of the unbalances of a case at a speed [rad/s]."""
     force = np.zeros(size, complex)
     for one in case.unbalances:
-        shape = plant.assembly.mesh.shape_between(plant.assembly.mesh.place(one))
+        shape = plant.assembly.mesh.influence(one)
         pull = one.me * speed**2 * np.exp(1j * one.phase)
         force[: shape.shape[1]] += pull * (shape.T @ np.array([1, -1j]))
     return force

@@ -293,13 +293,13 @@ def whirl(
     """Complex displacements (places, 2) [m, 0-pk] at a speed [rad/s]; the motion is Re(x exp(i speed t))."""
     mesh, m = plant.assembly.mesh, len(model.rotor.stiffness)
 
-    def rows(z: float) -> np.ndarray:
-        shape = mesh.shape_between(z)
+    def rows(z: float, on_disc: bool = False) -> np.ndarray:
+        shape = mesh.shape_between(z, on_disc)
         return np.hstack([shape, np.zeros((2, m - shape.shape[1]))])
 
     force = np.zeros(m, complex)
     for one in unbalances:
-        force += one.me * speed**2 * np.exp(1j * one.phase) * (rows(plane(plant, one)).T @ np.array([1, -1j]))
+        force += one.me * speed**2 * np.exp(1j * one.phase) * (rows(plane(plant, one), True).T @ np.array([1, -1j]))
     with one_thread():
         q = np.linalg.solve(model.dynamic_stiffness(1j * speed), force)
     return np.array([rows(z) @ q for z in places])

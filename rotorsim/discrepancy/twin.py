@@ -367,7 +367,7 @@ class Twin:
             effect: Any = replace(self.effect(name, number), **values)
             if "position" in values:
                 call = next(c for c in a.calls if c.record == f"{name}_{number}")
-                put_rows(w, call.shape, a.mesh.shape_between(values["position"]), a.rotor.n)
+                put_rows(w, call.shape, a.mesh.shape_between(values["position"], a.mesh.on_disc(effect)), a.rotor.n)
             row = record[f"{name}_{number}"]
             for parameter, value in (values | effect.derived(a.machine)).items():
                 if parameter not in WHERE:

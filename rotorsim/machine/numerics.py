@@ -197,11 +197,17 @@ def time_step(machine: Sampled) -> float:
 def check_step(machine: Sampled) -> Iterator[tuple[str, str]]:
     """The step divides the sampling time."""
     step, Ts = machine.time_step, machine.sampling_time
-    steps = Ts / step
-    if steps < 0.5 or abs(steps - round(steps)) > 1e-9 * steps:
-        fitting = show(float(f"{Ts / max(ceil(steps), 2):.9g}"), "s")
+    if not _divides(step, Ts):
+        fewest = max(ceil(Ts / step), 2)
+        short = (float(f"{Ts / n:.9g}") for n in range(fewest, 10 * fewest))
+        fitting = show(next((one for one in short if _divides(one, Ts)), Ts / fewest), "s")
         own = show(float(f"{Ts:.9g}"), "s")
         yield "solver.time_step", f"'{show(step, 's')}' does not divide the sampling time {own}; write e.g. '{fitting}'"
+
+
+def _divides(step: float, Ts: float) -> bool:
+    steps = Ts / step
+    return steps >= 0.5 and abs(steps - round(steps)) <= 1e-9 * steps
 
 
 def highest_sampled(machine: Sampled) -> float:

@@ -365,5 +365,5 @@ def effect_numbers(effect: Effect, machine: Machine, mesh: Mesh) -> dict[str, fl
     found = {field.name: getattr(effect, field.name) for field in fields(effect) if field.name not in WHERE}
     found |= effect.derived(machine)
     if "residual" in effect.extra:
-        found["residual"] = mesh.residual_compliance(mesh.place(effect))
+        found["residual"] = mesh.residual_compliance(effect)
     return found

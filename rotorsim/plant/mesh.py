@@ -64,8 +64,8 @@ class Mesh:
         places = [d.seated for d in machine.discs] + [b.position for b in machine.bearings]
         places += [mass.position for mass in machine.point_masses]
         places += [z for layer in machine.shaft.layers for z in (layer.position, layer.end)]
-        acting = [self.probe] + [self.place(e) for es in machine.effects.values() for e in es]
-        places += [self.seat(z)[0] for z in acting]
+        places += [self.seat(self.probe)[0]]
+        places += [self.seat(self.place(e), self.on_disc(e))[0] for es in machine.effects.values() for e in es]
         return [*ends, *(min(max(z, ends[0]), ends[-1]) for z in places)]
 
     @property
@@ -97,14 +97,21 @@ class Mesh:
         """Index of the linear bearing in which an effect acts; None for an effect that acts elsewhere."""
         return self.machine.spring_number(effect) if effect.place == "bearing" else None
 
-    def seat(self, z: float) -> tuple[float, float]:
+    def on_disc(self, effect: Effect) -> bool:
+        """Whether an effect acts on a disc that has its centre of gravity there; films and bearings hold the shaft."""
+        return effect.place == "disc"
+
+    def seat(self, z: float, on_disc: bool = False) -> tuple[float, float]:
         """Coordinate on the shaft [m] that moves a place at z, and the rigid arm [m] between them.
 
-        There is an arm to a disc's centre of gravity off its seat; elsewhere z is on the shaft itself.
+        There is an arm to a disc's centre of gravity off its seat, for what acts `on_disc` and for all beyond the
+        shaft's ends; elsewhere z is on the shaft itself, also where a disc reaches over it.
         """
-        for disc in self.machine.discs:
-            if disc.arm and abs(disc.position - z) <= SAME_PLACE:
-                return disc.seated, disc.arm
+        shaft = self.machine.shaft
+        if on_disc or not shaft.start - SAME_PLACE <= z <= shaft.end + SAME_PLACE:
+            for disc in self.machine.discs:
+                if disc.arm and abs(disc.position - z) <= SAME_PLACE:
+                    return disc.seated, disc.arm
         return z, 0.0
 
     def node(self, z: float) -> int:
@@ -238,9 +245,9 @@ class Mesh:
                 loads[first : first + 2, i] = -1.0
         return loads
 
-    def shape(self, z: float) -> np.ndarray:
-        """Modes (2, 2n) at z [m], at the end of its rigid arm where z is a disc's centre of gravity off its seat."""
-        seat, arm = self.seat(z)
+    def shape(self, z: float, on_disc: bool = False) -> np.ndarray:
+        """Modes (2, 2n) at z [m], at the end of the rigid arm where `seat` has one."""
+        seat, arm = self.seat(z, on_disc)
         node = self.node(seat)
         rows = self.reduced.shape(node)
         if arm:
@@ -271,7 +278,7 @@ class Mesh:
             body = self.reduced.body()
             return body if type(effect).foundation is None else body + self._housing_mass
         number = self.bearing_number(effect)
-        return self.shape(self.place(effect)) if number is None else self.between(number)
+        return self.shape_between(self.place(effect), self.on_disc(effect)) if number is None else self.between(number)
 
     @property
     def _housing_mass(self) -> np.ndarray:
@@ -288,23 +295,24 @@ class Mesh:
         """Modes (4 nodes, 2n) of the shaft alone."""
         return self.reduced.Phi[: 4 * len(self.nodes)]
 
-    def shape_between(self, z: float) -> np.ndarray:
+    def shape_between(self, z: float, on_disc: bool = False) -> np.ndarray:
         """Modes (2, 2n) at any z [m], in the shapes of the element there; the mesh needs no node at z."""
         nodes = self.nodes
-        if self.seat(z)[1] or np.abs(nodes - z).min() <= SAME_PLACE:
-            return self.shape(z)
+        if self.seat(z, on_disc)[1] or np.abs(nodes - z).min() <= SAME_PLACE:
+            return self.shape(z, on_disc)
         k = int(np.searchsorted(nodes, z)) - 1
         rows = deflection(self.rotor.spans[k], z - float(nodes[k]))
         return np.asarray(rows @ self.reduced.Phi[4 * k : 4 * k + 8])
 
-    def residual_compliance(self, z: float) -> float:
-        """Static compliance at z [m/N], mean of both planes, that the modes left out would add."""
+    def residual_compliance(self, effect: Effect) -> float:
+        """Static compliance where an effect acts [m/N], mean of both planes, that the modes left out would add."""
+        z, on_disc = self.place(effect), self.on_disc(effect)
         stiffness = add_springs(self.constant.K(), self.constant, self.springs)
-        seat, arm = self.seat(z)
+        seat, arm = self.seat(z, on_disc)
         at = 4 * self.node(seat) + np.arange(4)
         rows = np.array([[1.0, 0.0, 0.0, arm], [0.0, 1.0, -arm, 0.0]])
         whole = np.diag(rows @ np.linalg.inv(stiffness)[np.ix_(at, at)] @ rows.T)
-        reduced, shape = self.reduced, self.shape(z)
+        reduced, shape = self.reduced, self.shape(z, on_disc)
         kept = shape @ np.linalg.solve(reduced.Phi.T @ stiffness @ reduced.Phi, shape.T)
         return float(np.mean(whole - np.diag(kept)))
 

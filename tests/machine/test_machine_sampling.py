@@ -57,3 +57,13 @@ def test_sampling_too_slow_for_the_speed_is_refused_with_the_rate_it_needs():
         steady(Plant(machine), 100_000 * np.pi / 30, 0.0, duration=0.01)
     with pytest.raises(MachineFileError, match="time_step"):
         machine.with_({"solver.sampling_rate": 7e3, "solver.time_step": 0.9e-4})
+
+
+@pytest.mark.parametrize(("rate", "step"), [(20e3, 2e-5), (7e3, 0.9e-4), (30e3, 3e-5), (20e3, 1.1e-6), (1e3, 0.9)])
+def test_the_time_step_that_a_refusal_names_is_accepted(rate, step):
+    """A third of 50 us has no nine digits that divide it."""
+    machine = load_machine("plain_rotor").with_({"solver.sampling_rate": rate, "solver.time_step": 1 / rate})
+    with pytest.raises(MachineFileError) as caught:
+        machine.replace("solver.time_step", f"{step!r} s")
+    named = caught.value.problems[0].split("'")[-2]
+    assert machine.replace("solver.time_step", named).time_step <= max(step, 0.5 / rate)

@@ -181,6 +181,32 @@ def test_an_unbalance_at_the_impeller_acts_at_the_end_of_its_arm(turbo):
     assert list(named["place"].values[1:3]) == ["impeller", "coupling half"]
 
 
+def test_a_film_and_a_probe_under_a_cup_stay_on_the_shaft():
+    """The journal's rows change with the centre of gravity as smoothly through the bearing as beside it."""
+    text = rs.load_machine("aerostatic_spindle").text
+
+    def mesh(z):
+        cup = f"""[[discs]]
+position = "{z} mm"
+seat = "240 mm"
+mass = "0.2 kg"
+polar_inertia = "1e-4 kg*m^2"
+diametral_inertia = "1e-4 kg*m^2"
+[[discs]]"""
+        spindle = rs.machine.Machine.from_text(text.replace("[[discs]]", cup, 1))
+        return Mesh(spindle.replace("probe.position", "190 mm"))
+
+    over, bearing = mesh(190), 0.19
+    on_shaft = over.reduced.shape(over.node(bearing))
+    assert np.array_equal(over.between(1), on_shaft)
+    assert np.array_equal(over.shape(over.probe), on_shaft)
+    sizes = [(mesh(z).between(1) ** 2).sum(axis=1) for z in (190, 190.001)]
+    assert sizes[0] == pytest.approx(sizes[1], rel=1e-4)
+    effect = over.machine.effects["unbalance"][0]
+    assert np.abs(over.influence(effect) - on_shaft).max() > 0.1
+    assert over.influence(effect) == pytest.approx(over.shape(bearing, on_disc=True), rel=1e-12)
+
+
 def test_an_arm_is_as_a_rigid_piece_of_shaft(turbo):
     """A light piece of 750 times the stiffness between seat and disc: the limit, within its own mass and compliance."""
     seat_at_end = TURBO.replace('seat = "490 mm"', 'seat = "500 mm"')
