@@ -149,8 +149,7 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
             f"injection.pin_bias: '{max(a.P.pin_bias) * TO_UM:.4g} um' is beyond the stroke of the actuators between "
             f"{a.P.volt_low:g} V and {a.P.volt_high:g} V; change it or actuators.sensitivity"
         )
-    # a film that falls to nothing leaves no number, which the kernel's largest correction passes over
-    if status == NO_LIFT_OFF or not np.isfinite(w[a.rotor.q : a.rotor.q + a.rotor.n]).all():
+    if status == NO_LIFT_OFF:
         loads = np.hypot(*w[a.rotor.static_rhs :][: 2 * len(a.films)].reshape(-1, 2).T)
         remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
         raise NoLiftOffError(
