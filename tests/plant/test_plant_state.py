@@ -160,7 +160,7 @@ def test_a_pressure_that_cannot_lift_the_rotor_is_named_with_the_way_out(rig):
 def test_films_that_fall_to_no_number_do_not_carry():
     # two films that feed themselves: at rest their journals leave every number, and no later answer shows it
     with pytest.raises(NoLiftOffError):
-        rs.Plant("grooved_turbo_rotor").equilibrium(0.0, 0.0)
+        rotorsim.Plant("grooved_turbo_rotor").equilibrium(0.0, 0.0)
 
 
 @pytest.mark.parametrize(
