@@ -12,10 +12,13 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from scipy.optimize import minimize
 
 from rotorsim.analysis import tolerances
 from rotorsim.analysis.axes import Field
@@ -23,17 +26,17 @@ from rotorsim.analysis.sweep_definition import read_over
 from rotorsim.analysis.targets import split, value_at
 from rotorsim.analysis.tolerances import Requirement, Task, quantity_of, read_requirements
 from rotorsim.base.errors import DataError
-from rotorsim.machine.file_text import expanded
+from rotorsim.base.units import TABLE as UNITS, parse
+from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant, point
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FIRST, LAST = 0.25, 2e-3
 """First and last size of a step, over the width of the bounds."""
 MOST = 60
 """Machines of a search."""
+MOST_GOAL = 10.0
+"""Size of the objective, over that of the first machine, that an onset above the highest speed counts as."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +103,6 @@ class _Search:
     task: Task
     fields: tuple[Field, ...]
     paths: list[list[str]]
-    nominal: Machine
     rows: list[dict[str, float]] = field(default_factory=list)
     points: list[np.ndarray] = field(default_factory=list)
 
@@ -109,10 +111,10 @@ class _Search:
         ends = np.array([one.numbers[:: len(one.numbers) - 1] for one in self.fields])
         return np.asarray(ends[:, 0] + np.clip(x, 0, 1) * (ends[:, 1] - ends[:, 0]))
 
-    def changes(self, x: np.ndarray) -> list[tuple[str, float]]:
-        """Values in SI by path."""
+    def changes(self, x: np.ndarray) -> list[tuple[str, str | float]]:
+        """Values as a machine file has them, by path."""
         pairs = zip(self.fields, self.paths, self.values(x), strict=True)
-        return [(path, v * tolerances.si_of(one.unit)) for one, paths, v in pairs for path in paths]
+        return [(path, f"{v:.12g} {one.unit}" if one.unit else float(v)) for one, paths, v in pairs for path in paths]
 
     def row(self, x: np.ndarray) -> dict[str, float]:
         """Quantities [SI] at x, computed once."""
@@ -120,7 +122,7 @@ class _Search:
             if np.abs(known - x).max() < 1e-12:
                 return row
         starts = [self._start(one.name, one.speed, x) for one in self.task.followed]
-        found = tolerances.row_of(self.task, self.nominal, [v for _, v in self.changes(x)], starts)
+        found = tolerances.row_of(self.task, [v for _, v in self.changes(x)], starts)
         self.points.append(np.array(x))
         self.rows.append(found)
         return found
@@ -180,8 +182,8 @@ def optimise(
     wanted = [name, *(text.split("<")[0].split(">")[0].strip() for text in require)]
     paths = [list(expanded(plant.machine.text, one.path)) for one in fields]
     begin = _begin(plant, fields, paths)
-    search = _Search(None, fields, paths, plant.machine)  # type: ignore[arg-type]
-    start = Plant(plant.machine.with_(dict(search.changes(begin))))
+    search = _Search(None, fields, paths)  # type: ignore[arg-type]
+    start = Plant(Machine.from_text(with_values(plant.machine.text, dict(search.changes(begin)))))
     every = [path for group in paths for path in group]
     names = {tolerances.CRITICALS if one.startswith("critical_") else one for one in wanted}
     search.task = tolerances.task_of(start, sorted(names), every, *point(speed, pressure), highest)
@@ -197,31 +199,37 @@ def _begin(plant: Plant, fields: Sequence[Field], paths: Sequence[Sequence[str]]
     """Shares of the bounds at which the machine itself lies, one half where it lies beyond."""
     found = []
     for one, group in zip(fields, paths, strict=True):
-        low, high = one.numbers[0], one.numbers[-1]
-        own, unit = split(one.path, value_at(plant.machine.text, group[0]))
-        share = (own * tolerances.si_of(unit) / tolerances.si_of(one.unit) - low) / (high - low)
+        own, low, high = _in_one_unit(value_at(plant.machine.text, group[0]), one.values[0], one.values[-1])
+        share = (own - low) / (high - low)
         found.append(share if 0 <= share <= 1 else 0.5)
     return np.array(found)
+
+
+def _in_one_unit(*values: Any) -> list[float]:
+    """Numbers of values of one field, in the first unit that reads them all."""
+    for unit in UNITS:
+        with suppress(ValueError):
+            return [float(parse(value, unit)) for value in values]
+    return [split("over", value)[0] for value in values]
 
 
 def _run(
     search: _Search, begin: np.ndarray, name: str, sign: float, requirements: Sequence[Requirement],
     progress: Callable[[int, int], None] | None,
 ) -> None:  # fmt: skip
-    from scipy.optimize import minimize
-
-    unit = abs(search.row(begin).get(name, 1.0)) or 1.0
+    unit = abs(search.row(begin).get(name, 1.0))
+    unit = unit if 0 < unit < np.inf else search.task.highest
 
     def goal(x: np.ndarray) -> float:
         value = search.row(x).get(name, np.nan) / unit
         if progress:
             progress(min(len(search.rows), MOST), MOST)
-        return sign * value if np.isfinite(value) else 2.0
+        return sign * float(np.clip(value, -MOST_GOAL, MOST_GOAL)) if not np.isnan(value) else 2.0
 
     def room(one: Requirement) -> Callable[[np.ndarray], float]:
         def left(x: np.ndarray) -> float:
             value = search.row(x).get(one.quantity, np.nan)
-            return margin(one, value) if np.isfinite(value) else -1.0
+            return min(margin(one, value), 1.0) if not np.isnan(value) else -1.0
 
         return left
 
@@ -232,15 +240,13 @@ def _run(
 
 
 def margin(one: Requirement, value: float) -> float:
-    """Relative distance of a value from a limit, below 0 beyond it."""
-    return (value / one.limit - 1) * (1 if one.above else -1)
+    """Distance of a value from a limit, over its size unless that is 0; below 0 beyond it."""
+    return (value - one.limit) / (abs(one.limit) or 1.0) * (1 if one.above else -1)
 
 
 def _result(
     search: _Search, plant: Plant, name: str, largest: bool, requirements: tuple[Requirement, ...]
 ) -> Optimisation:
-    import xarray as xr
-
     points = np.array([search.values(x) for x in search.points])
     columns: dict[str, Any] = {}
     for k, one in enumerate(search.fields):
@@ -248,7 +254,7 @@ def _result(
     for quantity in dict.fromkeys([name, *(one.quantity for one in requirements)]):
         values = np.array([row.get(quantity, np.nan) for row in search.rows])
         columns[quantity] = ("step", values, {"units": quantity_of(quantity).unit})
-    kept = np.isfinite(columns[name][1])
+    kept = ~np.isnan(columns[name][1])
     for limit in requirements:
         kept &= np.array([margin(limit, row.get(limit.quantity, np.nan)) >= 0 for row in search.rows])
     columns["kept"] = ("step", kept)

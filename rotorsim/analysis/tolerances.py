@@ -26,9 +26,11 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from scipy.stats import beta, norm, qmc, rankdata
 
 from fe_shaft.pencil import Modes
 from fe_shaft.spectrum import refined
@@ -45,12 +47,9 @@ from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.processes import one_thread, spread
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import NUMBER, TABLE as UNITS, TO_RPM, parse
-from rotorsim.machine.file_text import expanded
+from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant, point
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 CLOSE, MOST_STEPS = 1e-3, 8
 """Relative step after which a followed speed is known to some 1e-4, and steps after which it is searched wholly."""
@@ -88,13 +87,7 @@ class Variation:
         """Values (n,) at shares (n,) between 0 and 1 of the probability."""
         if not self.normal:
             return np.asarray(self.centre + self.half * (2 * share - 1))
-        from scipy.stats import norm
-
         return np.asarray(self.centre + self.half / SIGMAS * norm.ppf(share))
-
-    def si(self, value: float) -> float:
-        """A value in SI."""
-        return value * si_of(self.unit)
 
     def text(self, value: float) -> str | float:
         """A value as a machine file has it."""
@@ -165,16 +158,10 @@ def _plain(text: str) -> str | float:
         return text.strip()
 
 
-def si_of(unit: str) -> float:
-    """SI value of one of a unit of machine files."""
-    kinds = (kind.factors for kind in UNITS.values())
-    return next((float(factors[unit]) for factors in kinds if unit in factors), 1.0)
-
-
 def _converted(path: str, half: float, unit: str, wanted: str) -> float:
     """A tolerance in the unit of its value."""
-    if any(unit in kind.factors and wanted in kind.factors for kind in UNITS.values()):
-        return half * si_of(unit) / si_of(wanted)
+    for kind in (kind.factors for kind in UNITS.values() if unit in kind.factors and wanted in kind.factors):
+        return half * float(kind[unit]) / float(kind[wanted])
     raise DataError(f"--vary: the tolerance of {path} is in '{unit}', its value in '{wanted}'; use one unit")
 
 
@@ -277,7 +264,7 @@ def _slope(plant: Plant, pressure: float, one: FollowedSpeed) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is computed of every machine: nominal text, paths, followed speeds, analyses, pressure, highest speed."""
+    """Computation of every machine: nominal text, paths, followed speeds, analyses, pressure, highest speed."""
 
     text: str
     paths: tuple[str, ...]
@@ -292,24 +279,29 @@ class Task:
 
 def _rows(task: Task, machines: Sequence[tuple[Any, ...]], starts: Sequence[Sequence[float]]) -> list[dict[str, float]]:
     """Quantities [SI] of machines with these values, in this process or another."""
-    nominal = Machine.from_text(task.text)
-    return [row_of(task, nominal, values, start) for values, start in zip(machines, starts, strict=True)]
+    return [row_of(task, values, start) for values, start in zip(machines, starts, strict=True)]
 
 
-def row_of(task: Task, nominal: Machine, values: Sequence[float], starts: Sequence[float]) -> dict[str, float]:
+def machine_of(task: Task, values: Sequence[Any]) -> Machine:
+    """The machine with values as a machine file has them: one reader knows every unit, those with an offset too."""
+    return Machine.from_text(with_values(task.text, dict(zip(task.paths, values, strict=True))))
+
+
+def row_of(task: Task, values: Sequence[Any], starts: Sequence[float]) -> dict[str, float]:
+    """Quantities [SI] of the machine with these values; empty where it would not be valid."""
     row: dict[str, float] = {}
     try:
-        plant = Plant(nominal.with_(dict(zip(task.paths, values, strict=True))))
+        plant = Plant(machine_of(task, values))
     except RotorsimError:
         return row
     try:
         for one, start in zip(task.followed, starts, strict=True):
             speed = one.of(plant, task.pressure, start)
             if speed is None and one.name == "onset":
-                speed = stability_limit(plant, task.pressure, task.highest)[0]
+                speed = searched_onset(plant, task)
             row[one.name] = float("nan") if speed is None else speed
         if task.onset:
-            row["onset"] = stability_limit(plant, task.pressure, task.highest)[0]
+            row["onset"] = searched_onset(plant, task)
         if task.flow:
             row["flow"] = float(plant.equilibrium(task.speed, task.pressure).mass_flow.sum())
     except (NoLiftOffError, ConvergenceError):
@@ -319,15 +311,21 @@ def row_of(task: Task, nominal: Machine, values: Sequence[float], starts: Sequen
     return row
 
 
+def searched_onset(plant: Plant, task: Task) -> float:
+    """Onset [rad/s] of a whole search: infinite where none is up to the highest speed, NaN where it is not known."""
+    onset, _, complete = stability_limit(plant, task.pressure, task.highest)
+    return onset if np.isfinite(onset) else float("inf") if complete == 1.0 else float("nan")
+
+
 def whole_row(task: Task, values: Sequence[Any]) -> dict[str, float]:
     """Followed quantities [SI] of a machine, each searched wholly and the nearest one of its kind taken."""
-    plant = Plant(Machine.from_text(task.text).with_(dict(zip(task.paths, values, strict=True))))
+    plant = Plant(machine_of(task, values))
     found: dict[str, float] = {}
     names = [CRITICALS] if any(one.name != "onset" for one in task.followed) else []
     every = followed_speeds(plant, task.pressure, task.highest, names)
     for one in task.followed:
         if one.name == "onset":
-            found["onset"] = stability_limit(plant, task.pressure, task.highest)[0]
+            found["onset"] = searched_onset(plant, task)
         elif same := [other.speed for other in every if other.whirl == one.whirl]:
             found[one.name] = min(same, key=lambda v: abs(v - one.speed))
     return found
@@ -349,7 +347,10 @@ class RandomResult:
     confirmed: dict[str, float]
 
     def distribution(self, name: str) -> dict[str, float]:
-        """Mean, standard deviation, 5, 50 and 95 % of a quantity in its shown unit, and the number not known."""
+        """Mean, standard deviation, 5, 50 and 95 % of a quantity in its shown unit, and two counts.
+
+        One is of the machines of which it is not known, one of those that have none up to the highest speed.
+        """
         quantity = quantity_of(name)
         values = self.data[name].values * quantity.factor
         known = values[np.isfinite(values)]
@@ -358,7 +359,8 @@ class RandomResult:
             "nominal": self.nominal.get(name, float("nan")) * quantity.factor,
             "mean": float(known.mean()) if known.size else float("nan"),
             "deviation": float(known.std(ddof=1)) if known.size > 1 else float("nan"),
-            "5 %": float(low), "50 %": float(middle), "95 %": float(high), "not known": int(len(values) - known.size),
+            "5 %": float(low), "50 %": float(middle), "95 %": float(high), "not known": int(np.isnan(values).sum()),
+            "above the highest": int(np.isinf(values).sum()),
         }  # fmt: skip
 
     def misses(self, requirement: Requirement) -> tuple[int, int, float, float, float]:
@@ -368,7 +370,7 @@ class RandomResult:
         """
         values = self.data[requirement.quantity].values
         kept = values > requirement.limit if requirement.above else values < requirement.limit
-        missed, unknown, n = int((~kept).sum()), int((~np.isfinite(values)).sum()), len(values)
+        missed, unknown, n = int((~kept).sum()), int(np.isnan(values).sum()), len(values)
         return missed, unknown, missed / n, *clopper_pearson(missed, n)
 
     def shares(self, name: str) -> tuple[dict[str, float], float]:
@@ -421,8 +423,6 @@ def clopper_pearson(k: int, n: int, level: float = SURE) -> tuple[float, float]:
     >>> [round(p, 4) for p in clopper_pearson(0, 100)]
     [0.0, 0.0362]
     """
-    from scipy.stats import beta
-
     tail = (1 - level) / 2
     low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
     return low, float(beta.ppf(1 - tail, k + 1, n - k)) if k < n else 1.0
@@ -438,8 +438,6 @@ def rank_shares(X: np.ndarray, y: np.ndarray, names: Sequence[str]) -> tuple[dic
     >>> rank_shares(np.column_stack([x, np.resize([0.0, 1.0], 8)]), x**3, ("a", "b"))[0]["a"].__round__(9)
     1.0
     """
-    from scipy.stats import rankdata
-
     if len(y) < X.shape[1] + 2 or np.ptp(y) == 0:
         return dict.fromkeys(names, 0.0), 0.0
     ranks = np.column_stack([rankdata(column) for column in X.T] + [rankdata(y)])
@@ -511,11 +509,9 @@ def random_machines(
     task = task_of(plant, names, [v.path for v in variations], *point(speed, pressure), highest)
     task_names = names_of(task, names)
     requirements = read_requirements(require, task_names)
-    from scipy.stats import qmc
-
     shares = qmc.LatinHypercube(len(variations), rng=np.random.default_rng(seed)).random(count)
     values = np.column_stack([one.at(column) for one, column in zip(variations, shares.T, strict=True)])
-    machines = [tuple(v.si(x) for v, x in zip(variations, row, strict=True)) for row in values]
+    machines = [tuple(v.text(x) for v, x in zip(variations, row, strict=True)) for row in values]
     run = each or (lambda function, calls: spread(function, calls, workers))
     rows = _all_rows(task, machines, shares, run, progress)
     confirmed = _confirmed(task, machines, rows, run)
@@ -526,7 +522,7 @@ def task_of(
     plant: Plant, names: Sequence[str], paths: Sequence[str], speed: float, pressure: float,
     highest: float | str | None,
 ) -> Task:  # fmt: skip
-    """What is computed of every machine, after the nominal one was searched."""
+    """The computation of every machine, after the nominal one was searched."""
     plain = [name for name in names if name != CRITICALS]
     quantities = read_quantities(plain, plant.machine) if plain else ()
     pressure = float(felt([plant.machine], [pressure])[0])
@@ -550,7 +546,8 @@ def compared(row: dict[str, float], whole: dict[str, float]) -> dict[str, float]
     found = {}
     for name, value in whole.items():
         own = row.get(name, float("nan"))
-        apart = 0.0 if np.isnan(own) and np.isnan(value) else abs(own / value - 1)
+        same = own == value or (np.isnan(own) and np.isnan(value))
+        apart = 0.0 if same else abs(own / value - 1)
         found[name] = float(apart) if np.isfinite(apart) else float("inf")
     return found
 
@@ -609,8 +606,6 @@ def _result(
     plant: Plant, task: Task, variations: tuple[Variation, ...], values: np.ndarray, rows: Sequence[dict[str, float]],
     names: Sequence[str], requirements: tuple[Requirement, ...], confirmed: dict[str, float],
 ) -> RandomResult:  # fmt: skip
-    import xarray as xr
-
     columns: dict[str, Any] = {
         one.path: ("sample", values[:, k], {"units": one.unit or "1", "long_name": one.path})
         for k, one in enumerate(variations)
@@ -620,7 +615,7 @@ def _result(
     for q in quantities:
         label = {"units": q.unit, "long_name": q.meaning} | ({"whirl": whirls[q.name]} if whirls.get(q.name) else {})
         columns[q.name] = ("sample", np.array([row.get(q.name, np.nan) for row in rows]), label)
-    centre = [tuple(one.si(one.centre) for one in variations)]
+    centre = [tuple(one.text(one.centre) for one in variations)]
     nominal = _rows(task, centre, [[one.speed for one in task.followed]])[0]
     attrs = plant.provenance() | {"kind": "random", "pressure": task.pressure, "highest_speed": task.highest}
     return RandomResult(xr.Dataset(columns, attrs=attrs), variations, quantities, requirements, nominal, confirmed)

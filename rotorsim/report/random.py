@@ -18,7 +18,17 @@ MOST_ROWS = 400
 def random_page(result: RandomResult) -> Page:
     """Page of random machines."""
     attrs, names = result.data.attrs, [q.name for q in result.quantities]
-    spread = ("quantity", "nominal", "mean", "standard deviation", "5 %", "50 %", "95 %", "not known")
+    spread = (
+        "quantity",
+        "nominal",
+        "mean",
+        "standard deviation",
+        "5 %",
+        "50 %",
+        "95 %",
+        "not known",
+        "above the highest",
+    )
     rows = [(f"{quantity_of(n).meaning} [{quantity_of(n).shown}]", *map(_number, result.distribution(n).values()))
             for n in names]  # fmt: skip
     laws = {True: "normal, 2 sigma", False: "uniform"}

@@ -134,3 +134,37 @@ def test_the_least_decrement_is_looked_at_at_both_ends_of_the_operating_speeds(r
     zeta = min(rs.Plant("plain_rotor").linearise(review.high, 0.0).zeta)
     here = float(review.decrements.sel(speed=review.high))
     assert here == pytest.approx(2 * pi * zeta / sqrt(1 - zeta**2), rel=1e-6)
+
+
+def test_static_loads_leave_out_what_the_bearings_add_to_the_inertia():
+    machine = rs.load_machine("plain_rotor").with_({"bearings.0.mxx": 2.0})
+    assert static_loads(rs.Plant(machine)) == pytest.approx(static_loads(rs.Plant("plain_rotor")), rel=1e-9)
+
+
+def test_motion_in_a_clearance_is_looked_at_up_to_the_highest_operating_speed():
+    rub = '[effects.rub]\nstiffness = "0.001 N/m"\ngap = "500 um"\n\n[effects.unbalance]'
+    text = rs.load_machine("plain_rotor").text.replace("[effects.unbalance]", rub)
+    found = design_review(rs.Plant(rs.machine.Machine.from_text(text)), (100.0, 277 / 1.28))
+    assert found.clearances and all(one.speed <= found.high * (1 + 1e-9) for one in found.clearances)
+    assert next(c.verdict for c in found.checks if c.rule == "clearance") == MET
+
+
+def test_a_forward_mode_that_no_probe_sees_is_open():
+    text = rs.load_machine("plain_rotor").text.replace('"0.012627 kg*m^2"', '"0.002 kg*m^2"')
+    found = design_review(rs.Plant(rs.machine.Machine.from_text(text)), (1150.0, 1700.0))
+    hidden = [m for m in found.criticals if m.whirl == "forward" and m.peak is None]
+    assert len(hidden) == 1 and margin_of(hidden[0], found)[1] < margin_of(hidden[0], found)[0]
+    assert OPEN in [c.verdict for c in found.checks if c.rule == "margin"]
+
+
+def test_a_machine_without_a_mode_in_the_region_has_a_steady_response():
+    text = rs.load_machine("plain_rotor").text.replace('cxx = "200 N*s/m"', 'cxx = "200000 N*s/m"')
+    text = text.replace('kxx = "10 MN/m"', 'kxx = "0.01 MN/m"')
+    found = design_review(rs.Plant(rs.machine.Machine.from_text(text)), (100.0, 150.0))
+    assert (found.responses["zeta_least"].values > 0).all()
+    assert OPEN not in [c.verdict for c in found.checks if c.rule in ("vibration", "decrement")]
+
+
+def test_the_vibration_checked_is_the_largest_at_the_operating_speeds(review):
+    wide = design_review(review.plant, (2500 * RPM, 4000 * RPM))
+    assert [c.verdict for c in wide.checks if c.rule == "vibration"] == [MISSED]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from rotorsim.analysis.optimise import margin
 from rotorsim.analysis.tolerances import (
     AGREED,
     Requirement,
@@ -166,3 +167,32 @@ def test_a_cluster_gives_the_machines_of_this_computer(rotor):
         there = random_machines(rotor, "discs.0.mass=+- 5 %", each=each, **options)
     here = random_machines(rotor, "discs.0.mass=+- 5 %", **options)
     assert np.array_equal(there.data["critical_1"], here.data["critical_1"])
+
+
+@pytest.mark.parametrize("text", ["20 degC +- 5 degC", "293.15 K +- 5 K"])
+def test_a_unit_with_an_offset_gives_the_machines_of_its_value(text):
+    found = random_machines("aerostatic_spindle", f"gas.temperature={text}", 2, "flow")
+    own = rs.Plant(rs.load_machine("aerostatic_spindle").with_({"gas.temperature": 293.15}))
+    assert found.nominal["flow"] == pytest.approx(own.equilibrium(0.0, 0.5e6).mass_flow.sum(), rel=1e-9)
+    assert found.data["flow"].values == pytest.approx(found.nominal["flow"], rel=0.02)
+
+
+def test_an_onset_above_the_highest_speed_is_no_miss_and_not_unknown():
+    require = ["onset > 900 rad/s"]
+    found = random_machines("aerostatic_spindle", "bearings.*.clearance=+- 5 %", 2, "onset", require, highest=1000.0)
+    assert found.data["onset"].values.tolist() == [np.inf, np.inf]
+    assert found.misses(found.requirements[0])[:2] == (0, 0)
+    assert found.distribution("onset")["above the highest"] == 2 and found.distribution("onset")["not known"] == 0
+
+
+@pytest.mark.parametrize(
+    ("above", "limit", "value", "left"), [(True, 0.0, 3.0, 3.0), (True, -2.0, -1.0, 0.5), (False, 4.0, 5.0, -0.25)]
+)
+def test_the_distance_of_a_limit_keeps_its_sense_at_and_below_zero(above, limit, value, left):
+    assert margin(Requirement("onset", above, limit, ""), value) == pytest.approx(left, rel=1e-12)
+
+
+def test_the_bounds_of_a_search_may_be_in_a_unit_with_an_offset():
+    found = rs.analysis.optimise("aerostatic_spindle", {"gas.temperature": "10 degC, 30 degC"}, "-flow")
+    assert float(found.data["flow"][0]) == pytest.approx(4.4e-4, rel=0.01)  # begins at the file's own 293.15 K
+    assert float(found.data["gas_temperature"][0]) == pytest.approx(20.0, abs=1e-9)
