@@ -130,16 +130,18 @@ def saved_rotor(path: str | Path) -> Any:
         raise ShaftError(
             f"from_ross: {path}: not a file of ROSS ({error}); give a .toml or .json that it saved."
         ) from error
-    version = int(str(tables.pop("ross_version", "2")).split(".")[0])
+    release = str(tables.pop("ross_version", "2")).split(".")[0]
+    if not release.isdecimal():
+        raise ShaftError(f"from_ross: {path}: ross_version is '{release}', not a number; save the rotor again.")
     found: dict[str, list[Any]] = {name: [] for name in _SAVED}
-    own = tables.pop("parameters", {})
+    own = _as_table(tables.pop("parameters", {}), f"{path}: parameters")
     for title, table in tables.items():
         if title.startswith("_"):  # a remark
             continue
         kind = next((name for name, starts in _SAVED.items() if title.split("_")[0].endswith(starts)), None)
         if kind is None:
             raise ShaftError(f"from_ross: {path}: '{title}' has no counterpart; remove it from the rotor.")
-        found[kind].append(_saved_element(kind, table, version))
+        found[kind].append(_saved_element(kind, table, int(release), f"{path}: {title}"))
     return SimpleNamespace(**own, **found)
 
 
@@ -152,15 +154,19 @@ def _tables(path: Path) -> dict[str, Any]:
     return tables
 
 
-def _saved_element(kind: str, table: Any, version: int) -> Any:
-    if not isinstance(table, dict):
-        raise ShaftError(f"from_ross: {kind}: {table!r} is not an element; save the rotor again.")
-    values = dict(table)
+def _saved_element(kind: str, table: Any, version: int, place: str) -> Any:
+    values = dict(_as_table(table, place))
     if "material" in values:
-        values["material"] = SimpleNamespace(**values["material"])
+        values["material"] = SimpleNamespace(**_as_table(values["material"], f"{place}.material"))
     if kind == "bearing_elements" and version > 2:
         values = {"speed": None, "frequency": None} | values
     return SimpleNamespace(**values)
+
+
+def _as_table(value: Any, place: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ShaftError(f"from_ross: {place}: {value!r} is not a table; save the rotor again.")
+    return value
 
 
 def as_ross_rotor(rotor: AssembledRotor, module: Any) -> Any:

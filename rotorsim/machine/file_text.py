@@ -23,10 +23,10 @@ from rotorsim.machine.part import Part
 MAX_BYTES = 1_000_000
 
 
-def read_text(path: Path) -> str:
-    """Text of a machine file; raises MachineFileError if it cannot be one."""
+def read_text(path: Path, wanted: str = "a machine file") -> str:
+    """Text of a machine file, or of another that is `wanted`; raises MachineFileError if it cannot be one."""
     if not path.is_file():
-        raise MachineFileError(f"{path}: is not a file; give the path of a machine file")
+        raise MachineFileError(f"{path}: is not a file; give the path of {wanted}")
     if path.stat().st_size > MAX_BYTES:
         size = path.stat().st_size / 1e6
         raise MachineFileError(f"{path}: {size:.3g} MB is above the limit of 1 MB; is it a machine file?")
@@ -37,10 +37,10 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         ours = instead(path, "a machine file (TOML)", "")
         writes = "'rotorsim machine new PATH' writes one"
-        reason = f"{ours}; {writes}" if ours else "is not text; a machine file is TOML in UTF-8"
+        reason = f"{ours}; {writes}" if ours else f"is not text in UTF-8, as {wanted} is"
         raise MachineFileError(f"{path}: {reason}") from error
     if "\0" in text:
-        raise MachineFileError(f"{path}: is binary; a machine file is TOML in UTF-8")
+        raise MachineFileError(f"{path}: is binary; {wanted} is text in UTF-8")
     return text
 
 

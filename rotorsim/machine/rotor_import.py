@@ -119,7 +119,7 @@ def bearing_points(path: str | Path) -> tuple[Point, ...]:
     Raises
     ------
     MachineFileError
-        With one line per problem: heading, row and column, value.
+        With one line per problem: heading, line and column, value.
 
     Examples
     --------
@@ -127,26 +127,33 @@ def bearing_points(path: str | Path) -> tuple[Point, ...]:
     >>> points = rs.machine.bearing_points("bearing.csv")  # doctest: +SKIP
     """
     path = Path(path)
-    lines = [line for line in read_text(path).splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    numbered = enumerate(read_text(path, "a CSV file").splitlines(), 1)
+    kept = [(k, line) for k, line in numbered if line.strip() and not line.lstrip().startswith("#")]
+    numbers, lines = [k for k, _ in kept], [line for _, line in kept]
     delimiter = max("\t;,", key=lambda sign: lines[0].count(sign)) if lines else ","
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
     problems: list[str] = []
     columns = _columns(rows[0] if rows else [], problems)
-    points = []
-    for number, row in enumerate(rows[1:], 2):
+    points: list[dict[str, float]] = []
+    for number, row in zip(numbers[1:], rows[1:], strict=False):
         values = {}
         for k, (name, unit) in columns.items():
             cell = row[k] if k < len(row) else ""
             try:
                 values[name] = parse(f"{cell.replace(',', '.') if delimiter != ',' else cell} {unit}", _UNITS[name])
             except ValueError as error:
-                problems.append(f"row {number}, column '{rows[0][k]}': {error}")
+                problems.append(f"line {number}, column '{rows[0][k]}': {error}")
+        if points and values.get("speed", np.inf) <= points[-1].get("speed", -np.inf):
+            problems.append(f"line {number}: the speed does not rise; order the lines by speed")
         points.append(values)
     if not problems and len(points) < 2:
         problems.append(f"{len(points)} rows; a table needs two speeds or more")
     if problems:
         raise MachineFileError("\n".join(f"{path}: {one}" for one in problems), argument="path", value=str(path))
-    return tuple(cast(Point, checked_part(Point, values, f"{path}: row {k}")) for k, values in enumerate(points, 2))
+    return tuple(
+        cast(Point, checked_part(Point, values, f"{path}: line {k}"))
+        for k, values in zip(numbers[1:], points, strict=True)
+    )
 
 
 def with_points(machine: Machine, bearing: int, points: Sequence[Point]) -> Machine:

@@ -59,8 +59,8 @@ BAD_FILES = {
     "odd grid": (changed("n_theta = 32", "n_theta = 31"), "grid.n_theta: 31 is not a multiple of 4; write e.g. 32"),
     "unknown effect": (changed("[effects.gravity]", "[effects.levity]"), "effects.levity: unknown effect; "),
     "empty": (b"", "the machine file is empty; 'rotorsim machine new PATH' writes one"),
-    "binary": (bytes(range(256)), "is not text; a machine file is TOML in UTF-8"),
-    "null bytes": (b"a\0b", "is binary; a machine file is TOML in UTF-8"),
+    "binary": (bytes(range(256)), "is not text in UTF-8, as a machine file is"),
+    "null bytes": (b"a\0b", "is binary; a machine file is text in UTF-8"),
     "no TOML": (b"hello", "not a TOML file: Expected '=' after a key in a key/value pair (at end of document)"),
 }
 

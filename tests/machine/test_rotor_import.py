@@ -10,6 +10,7 @@ import pytest
 import rotorsim as rs
 from fe_shaft import BearingElement, DiskElement, PointMass, Rotor, ShaftElement
 from fe_shaft.modal import run_modal
+from fe_shaft.shaft import ShaftError
 from mirror import mirrored
 from refusals import refused
 from rotorsim.base.errors import MachineFileError, NotCarried
@@ -154,6 +155,22 @@ def test_a_file_of_another_kind_is_refused(tmp_path):
         from_ross(tmp_path / "coupled.json")
 
 
+@pytest.mark.parametrize(
+    ("place", "damage"),
+    [
+        ("ShaftElement_0", 5),
+        ("ShaftElement_0.material", {"L": 0.1, "material": "steel"}),
+        ("ross_version", "x"),
+        ("parameters", 3),
+    ],
+)
+def test_a_damaged_file_is_refused_with_its_path_and_place(tmp_path, place, damage):
+    path = tmp_path / "damaged.json"
+    path.write_text(json.dumps({"ShaftElement_0": {}} | {place.split(".")[0]: damage}))
+    with pytest.raises(ShaftError, match=f"damaged.json: {place}"):
+        from_ross(path)
+
+
 TABLES = {
     "comma": "speed [rpm],kxx [MN/m],kyy [MN/m],cxx [kN*s/m]\n0,10,12,1\n3000,20,22,0.5\n",
     "order and semicolon": "cxx (N*s/m);kyy (N/m);kxx (N/m);Speed (Hz)\n1000,0;12e6;10e6;0,0\n500;22e6;2,0e7;50\n",
@@ -189,11 +206,13 @@ def test_all_faults_of_a_bearing_table_are_listed_at_once(tmp_path):
         assert (caught.value.argument, caught.value.value) == ("path", str(path))
 
 
-def test_a_table_out_of_order_is_refused_by_the_machine(tmp_path):
-    (tmp_path / "b.csv").write_text("speed [rpm],kxx [MN/m]\n3000,10\n0,20\n")
-    with pytest.raises(MachineFileError) as caught:
-        with_points(rs.load_machine("plain_rotor"), 1, bearing_points(tmp_path / "b.csv"))
-    assert caught.value.problems[0].startswith("bearings.1.points.1.speed: ")
+def test_a_fault_of_a_bearing_table_names_the_line_of_the_file(tmp_path):
+    path = tmp_path / "b.csv"
+    for last in ("0,20", "6000,20x"):
+        path.write_text(f"# of a maker\n\nspeed [rpm],kxx [MN/m]\n3000,10\n\n{last}\n")
+        with pytest.raises(MachineFileError, match="line 6") as caught:
+            bearing_points(path)
+        assert (caught.value.argument, caught.value.value) == ("path", str(path))
 
 
 def test_a_gas_film_and_an_absent_bearing_take_no_table(tmp_path):
