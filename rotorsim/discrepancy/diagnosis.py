@@ -28,6 +28,7 @@ from rotorsim.discrepancy.comparison import (
 from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
+    FAINT_LAW,
     PRICE,
     ProposedLaw,
     after_choice,
@@ -36,6 +37,7 @@ from rotorsim.discrepancy.discovery import (
     discovered,
     laws_of,
     of_remembered,
+    own_resonance,
     priced,
     remembered,
     with_rival,
@@ -173,9 +175,6 @@ ONE_OF = "one of these places, which the records do not distinguish: {}"
 """Finding of a calibration that has several places."""
 NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own directions"
 """Note on records whose channels are their probes."""
-FAINT_LAW = 2 * CLEAR
-"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor: a shaft without
-shear in place of one with it makes 170, by constant stiffness."""
 FAINT_HINT = 2 * ONE_FAR
 """Fall of the sum of squares by an effect from which on a note states it where no name is given."""
 FINER = 0.1
@@ -548,7 +547,8 @@ class DiagnosisRun:
     ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
-        None for one that no group shows and that may be an error of the model's form.
+        None for one that no group shows and that may be an error of the model's form, which never has a resonance of
+        its own.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
@@ -557,7 +557,7 @@ class DiagnosisRun:
         laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
         if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear:
             return ""
-        if laws[0].constant and not flags:
+        if laws[0].constant and not (flags or own_resonance(laws[0], seen["fit"], base)):
             return None
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}

@@ -76,6 +76,11 @@ EQUAL = 6.0
 """Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
 SIMPLEX = 0.05
 """First relative change of a number of a shape."""
+FAINT_LAW = 2 * CLEAR
+"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor: a shaft without
+shear in place of one with it makes 170, by constant stiffness."""
+RIGID = 1e9
+"""Resonance [rad/s] of a hidden mass that moves with its foot."""
 PRICE = 9.0
 """Fall of the sum of squares that a coefficient has to bring, the logarithm of some ten thousand numbers."""
 
@@ -461,6 +466,18 @@ def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFi
     found = propose(seen, held, base)
     near = [one for one in found if one.score < found[0].score + NEAR and one.remembers == found[0].remembers]
     return near[:MOST_LAWS]
+
+
+def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
+    """Whether a hidden mass explains clearly more than all of stiffness, damping and mass do together at any place."""
+    if not any(one.term.resonates for one in law.terms):
+        return False
+    steady = [
+        LawTerm(term, (("resonance", RIGID), ("damping_ratio", 0.0)) if term.resonates else ())
+        for term in LIBRARY if term.constant and (term.memory is None or term.resonates)
+    ]  # fmt: skip
+    least = min(solved(seen, None, base, place, steady).cost for place in seen.motions)
+    return least - law.cost > FAINT_LAW
 
 
 def remembered(

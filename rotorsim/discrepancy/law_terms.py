@@ -77,6 +77,11 @@ class LibraryTerm:
         """Whether it is linear in displacement and velocity with a factor that neither speed nor angle changes."""
         return all(part.removeprefix("s * ") in ("u", "w", "du", "dw") for part in self.parts)
 
+    @property
+    def resonates(self) -> bool:
+        """Whether it has a resonance of its own."""
+        return any(name == "resonance" for name, _, _ in self.shape)
+
     def options(self, largest: float) -> Iterator[dict[str, float]]:
         """Numbers of the shape to try, where the largest displacement is this [m]."""
         tried = [[value * (largest if unit == "m" else 1.0) for value in values] for _, unit, values in self.shape]

@@ -198,7 +198,7 @@ def nonlinear(
     laws: Sequence[LawCase], there: np.ndarray, inner: np.ndarray, lines: np.ndarray, speed: float
 ) -> np.ndarray:
     """Lines (lines, 2 laws) [N] of the forces of laws whose places move so without them (lines, 2 laws) [m]."""
-    force, own = np.zeros_like(there), [k for k, one in enumerate(laws) if one.law.force and one.size]
+    force, own = np.zeros_like(there), [k for k, one in enumerate(laws) if one.law.force is not None and one.size]
     angle, names = (
         speed * np.arange(POINTS) * PERIOD / POINTS,
         " and ".join(f"{one.law.name} at {one.place}" for one in laws),

@@ -9,7 +9,7 @@ import pytest
 
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import CompiledModels, ParameterPoint
-from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.diagnosis import NO_PEACE, NOT_IDENTIFIABLE, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
@@ -22,6 +22,7 @@ from rotorsim.discrepancy.discovery import (
     cannot_tell,
     load,
     named,
+    own_resonance,
     propose,
     spread_of,
     with_rival,
@@ -44,7 +45,7 @@ from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine
-from studies.benchmarks.foreign_laws import LAWS, LawCase, drawn, machine_of_laws, records
+from studies.benchmarks.foreign_laws import ABSORBER, LAWS, LawCase, drawn, machine_of_laws, records
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, PLANES, TwoDiscRig, machine_text, rotor
 
 TERMS = {term.name: term for term in LIBRARY}
@@ -445,6 +446,20 @@ def test_a_law_of_an_independent_rotor_is_found_with_its_place_and_size(name):
     best = propose(*seen, base)[0]
     assert [one.term.name for one in best.terms] == [name] and best.place == f"the bearing {case.place.split()[0]}"
     assert best.coefficients == pytest.approx(case.size, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "known"), [("absorber", True), ("delayed", False)])
+def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known):
+    """Neither force is beyond the floor of any line; stiffness, damping and mass do what a late force does."""
+    parts, base, _ = calibrated(drawn(next(law for law in LAWS if law.name == name), 2))
+    assert not flagged(table(parts["fit"], base.residual))
+    seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+            for part in parts.values()]  # fmt: skip
+    law = propose(*seen, base)[0]
+    assert own_resonance(law, seen[0], base) == known
+    if known:
+        assert dict(law.terms[0].shape)["resonance"] == pytest.approx(ABSORBER[0], rel=0.005)
 
 
 @pytest.mark.slow
