@@ -29,12 +29,14 @@ from rotorsim.analysis.design_review import (
 from rotorsim.base.cache import installed
 from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.machine_sketch import machine_drawing
-from rotorsim.report.page import INK, NEUTRAL, PIN_COLOURS, UNSAFE, Block, Page, curve, page_of, style
+from rotorsim.report.page import INK, NEUTRAL, PIN_COLOURS, UNSAFE, Block, Page, curve, page_of, shade_growth, style
 from rotorsim.report.units import quantity
 
 SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
-COLUMNS, PANEL = 2, 190
-"""Columns of the mode shapes, and height [px] of a panel."""
+COLUMNS = 2
+"""Columns of the mode shapes."""
+PANEL = 190
+"""Height [px] of a panel."""
 Cells = Sequence[Any]
 
 
@@ -329,8 +331,6 @@ def _add_operating(figure: go.Figure, review: DesignReview, row: int) -> None:
 
 
 def _shade(figure: go.Figure, review: DesignReview, rows: int) -> None:
-    from rotorsim.report.page import shade_growth
-
     shade_growth(figure, review.responses["speed"].values * TO_RPM, review.responses["zeta_least"].values, rows)
 
 
