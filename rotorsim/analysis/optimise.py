@@ -104,6 +104,8 @@ class _Search:
     fields: tuple[Field, ...]
     paths: list[list[str]]
     rows: list[dict[str, float]] = field(default_factory=list)
+    followed: list[dict[str, float]] = field(default_factory=list)
+    """Speeds by the modes that they were followed with, from which the next ones start."""
     points: list[np.ndarray] = field(default_factory=list)
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -124,12 +126,13 @@ class _Search:
         starts = [self._start(one.name, one.speed, x) for one in self.task.followed]
         found = tolerances.row_of(self.task, [v for _, v in self.changes(x)], starts)
         self.points.append(np.array(x))
-        self.rows.append(found)
-        return found
+        self.followed.append(found)
+        self.rows.append(tolerances.in_order(found))
+        return self.rows[-1]
 
     def _start(self, name: str, nominal: float, x: np.ndarray) -> float:
         """A followed speed [rad/s] of the nearest machine so far."""
-        known = [(np.abs(p - x).max(), r[name]) for p, r in zip(self.points, self.rows, strict=True)
+        known = [(np.abs(p - x).max(), r[name]) for p, r in zip(self.points, self.followed, strict=True)
                  if np.isfinite(r.get(name, np.nan))]  # fmt: skip
         return min(known)[1] if known else nominal
 

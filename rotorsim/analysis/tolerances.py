@@ -34,7 +34,7 @@ from scipy.stats import beta, norm, qmc, rankdata
 
 from fe_shaft.pencil import Modes
 from fe_shaft.spectrum import refined
-from rotorsim.analysis.campbell import crossing_numbers, highest_speed
+from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.modes_over_speed import modes_over_speed
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.sweep_definition import QUANTITIES, Analysis, SweepQuantity, read_quantities
@@ -45,7 +45,6 @@ from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, Ro
 from rotorsim.base.files import make_folder, write_text
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.processes import one_thread, spread
-from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import NUMBER, TABLE as UNITS, TO_RPM, parse
 from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
@@ -196,13 +195,12 @@ def unit_of(name: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class FollowedSpeed:
-    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode, its whirl."""
+    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode."""
 
     name: str
     speed: float
     slope: float
     mode: Modes
-    whirl: str
 
     def measure(self, modes: Modes, speed: float) -> float:
         """Function g whose zero is the speed: |s| less the speed, or the damping ratio."""
@@ -232,16 +230,15 @@ def followed_speeds(plant: Plant, pressure: float, highest: float, what: Sequenc
     if CRITICALS in what:
         every = modes_over_speed(plant, [0.0, highest], pressure, orders=(1,)).crossings
         inside = [one for one in every if 0 < one.at <= highest]
-        senses = whirl_sense(crossing_numbers(inside)[:, 4]).tolist()
-        for k, (one, sense) in enumerate(zip(inside, senses, strict=True), 1):
-            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes), str(sense)))
+        for k, one in enumerate(sorted(inside, key=lambda one: one.at), 1):
+            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes)))
     if "onset" in what:
         onset, frequency, _ = stability_limit(plant, pressure, highest)
         if np.isfinite(onset) and frequency:
             search = LeastDamped.up_to(plant, pressure, highest)
             search.at(onset)
             modes = search.known[-1]
-            found.append(FollowedSpeed("onset", onset, 1.0, _take(modes, 1j * frequency), ""))
+            found.append(FollowedSpeed("onset", onset, 1.0, _take(modes, 1j * frequency)))
     return [replace(one, slope=_slope(plant, pressure, one)) for one in found]
 
 
@@ -317,17 +314,26 @@ def searched_onset(plant: Plant, task: Task) -> float:
     return onset if np.isfinite(onset) else float("inf") if complete == 1.0 else float("nan")
 
 
+def in_order(row: dict[str, float]) -> dict[str, float]:
+    """A row whose critical speeds ascend, as their names say: modes may pass each other from machine to machine.
+
+    None of them is known where one mode was not found again.
+    """
+    names = [name for name in row if name.startswith("critical_")]
+    speeds = np.sort([row[name] for name in names])
+    if np.isnan(speeds).any():
+        speeds = np.full(len(names), np.nan)
+    return row | dict(zip(names, speeds.tolist(), strict=True))
+
+
 def whole_row(task: Task, values: Sequence[Any]) -> dict[str, float]:
-    """Followed quantities [SI] of a machine, each searched wholly and the nearest one of its kind taken."""
+    """Followed quantities [SI] of a machine, each searched wholly; its critical speeds ascend."""
     plant = Plant(machine_of(task, values))
-    found: dict[str, float] = {}
     names = [CRITICALS] if any(one.name != "onset" for one in task.followed) else []
-    every = followed_speeds(plant, task.pressure, task.highest, names)
-    for one in task.followed:
-        if one.name == "onset":
-            found["onset"] = searched_onset(plant, task)
-        elif same := [other.speed for other in every if other.whirl == one.whirl]:
-            found[one.name] = min(same, key=lambda v: abs(v - one.speed))
+    speeds = sorted(one.speed for one in followed_speeds(plant, task.pressure, task.highest, names))
+    found = dict(zip([one.name for one in task.followed if one.name != "onset"], speeds, strict=False))
+    if any(one.name == "onset" for one in task.followed):
+        found["onset"] = searched_onset(plant, task)
     return found
 
 
@@ -514,6 +520,7 @@ def random_machines(
     machines = [tuple(v.text(x) for v, x in zip(variations, row, strict=True)) for row in values]
     run = each or (lambda function, calls: spread(function, calls, workers))
     rows = _all_rows(task, machines, shares, run, progress)
+    rows = [in_order(row) for row in rows]
     confirmed = _confirmed(task, machines, rows, run)
     return _result(plant, task, variations, values, rows, task_names, requirements, confirmed)
 
@@ -611,9 +618,8 @@ def _result(
         for k, one in enumerate(variations)
     }
     quantities = tuple(quantity_of(name) for name in dict.fromkeys(names))
-    whirls = {one.name: one.whirl for one in task.followed}
     for q in quantities:
-        label = {"units": q.unit, "long_name": q.meaning} | ({"whirl": whirls[q.name]} if whirls.get(q.name) else {})
+        label = {"units": q.unit, "long_name": q.meaning}
         columns[q.name] = ("sample", np.array([row.get(q.name, np.nan) for row in rows]), label)
     centre = [tuple(one.text(one.centre) for one in variations)]
     nominal = _rows(task, centre, [[one.speed for one in task.followed]])[0]

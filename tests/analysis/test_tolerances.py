@@ -196,3 +196,15 @@ def test_the_bounds_of_a_search_may_be_in_a_unit_with_an_offset():
     found = rs.analysis.optimise("aerostatic_spindle", {"gas.temperature": "10 degC, 30 degC"}, "-flow")
     assert float(found.data["flow"][0]) == pytest.approx(4.4e-4, rel=0.01)  # begins at the file's own 293.15 K
     assert float(found.data["gas_temperature"][0]) == pytest.approx(20.0, abs=1e-9)
+
+
+def test_critical_speeds_ascend_where_modes_pass_each_other(rotor):
+    """Supports of like stiffness along x and y, 20 % apart from machine to machine."""
+    text = rotor.text.replace('kxx = "10 MN/m"', 'kxx = "1 MN/m"\nkyy = "1.05 MN/m"')
+    vary = "bearings.*.kxx=+- 20 %, bearings.*.kyy=+- 20 %"
+    swapped = random_machines(rs.machine.Machine.from_text(text), vary, 30, "criticals", ["critical_1 > 2420 rpm"],
+                              highest="4000 rpm", seed=2)  # fmt: skip
+    first, second = (swapped.data[f"critical_{k}"].values for k in (1, 2))
+    limit = swapped.requirements[0]
+    assert (first <= second).all() and swapped.misses(limit)[0] == (np.minimum(first, second) <= limit.limit).sum() > 0
+    assert max(swapped.confirmed.values()) < AGREED
