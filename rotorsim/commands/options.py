@@ -462,5 +462,6 @@ def print_files(files: Mapping[str, str]) -> None:
 
 
 def print_json(numbers: Any) -> None:
-    """Print results as JSON; numbers of numpy are numbers."""
-    typer.echo(json.dumps(numbers, indent=2, default=float))
+    """Print results as JSON: numbers of numpy are numbers, and what is no number or endless is null."""
+    plain = json.loads(json.dumps(numbers, default=float), parse_constant=lambda _: None)
+    typer.echo(json.dumps(plain, indent=2, allow_nan=False))

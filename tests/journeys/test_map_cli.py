@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.commands.options import note_unfed
+from rotorsim.commands.options import note_unfed, print_json
 from rotorsim.machine import load_machine
 from rotorsim.report.scenes import lacking
 
@@ -224,3 +224,8 @@ def test_a_design_review_leaves_a_page_and_a_table_a_section(run, tmp_path):
     assert "A. Nyquist" in (tmp_path / "design" / "report.html").read_text()
     code, _, message = run("report", "design", "plain_rotor", "--law", "law.json", "--out", "other")
     assert code == 2 and message.startswith("--law: ")
+
+
+def test_what_is_no_number_is_null_in_json(capsys):
+    print_json({"onset": np.array([np.nan, np.inf, -np.inf, 0.1]).tolist(), "peak": np.float64("nan"), "of": np.int64(3)})
+    assert json.loads(capsys.readouterr().out) == {"onset": [None, None, None, 0.1], "peak": None, "of": 3}
