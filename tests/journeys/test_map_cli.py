@@ -227,5 +227,7 @@ def test_a_design_review_leaves_a_page_and_a_table_a_section(run, tmp_path):
 
 
 def test_what_is_no_number_is_null_in_json(capsys):
-    print_json({"onset": np.array([np.nan, np.inf, -np.inf, 0.1]).tolist(), "peak": np.float64("nan"), "of": np.int64(3)})
+    print_json(
+        {"onset": np.array([np.nan, np.inf, -np.inf, 0.1]).tolist(), "peak": np.float64("nan"), "of": np.int64(3)}
+    )
     assert json.loads(capsys.readouterr().out) == {"onset": [None, None, None, 0.1], "peak": None, "of": 3}
