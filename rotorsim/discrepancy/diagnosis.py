@@ -32,6 +32,7 @@ from rotorsim.discrepancy.discovery import (
     PRICE,
     ProposedLaw,
     after_choice,
+    at_two_places,
     candidate_laws,
     cannot_tell,
     discovered,
@@ -186,6 +187,11 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
+TWO_PLACES = (
+    "a law was looked for at all places; forces at two places, {}, are clearly better by the linear model than all of "
+    "them at one place, {}: no law is given; record each place by itself, or with a probe near it"
+)
+"""Note on forces at two places, which are not compiled into the plant."""
 WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a law explains them clearly better"
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
@@ -559,6 +565,9 @@ class DiagnosisRun:
             return ""
         if laws[0].constant and not (flags or own_resonance(laws[0], seen["fit"], base)):
             return None
+        apart_from = at_two_places(laws[0], seen["fit"], seen.get("held_out"), base)
+        if apart_from is not None:
+            return TWO_PLACES.format(apart_from.names, laws[0].names)
         if laws[0].remembers:
             parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
             left = remembered(parts, base, laws, known)

@@ -87,11 +87,15 @@ PRICE = 9.0
 
 @dataclass(frozen=True)
 class LawTerm:
-    """A term with the numbers of its shape; `one` where its coefficients along x and y are one number."""
+    """A term with the numbers of its shape; `one` where its coefficients along x and y are one number.
+
+    place : where it acts, if not at the place of its law
+    """
 
     term: LibraryTerm
     shape: tuple[tuple[str, float], ...] = ()
     one: bool = False
+    place: str = ""
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -102,7 +106,7 @@ class LawTerm:
 
     def columns(self, seen: ObservedPlaces, place: str) -> np.ndarray:
         """Whitened responses (n, k) to its coefficients at a place."""
-        found = seen.columns(place, self.term, dict(self.shape))
+        found = seen.columns(self.place or place, self.term, dict(self.shape))
         return found.reshape(len(found), 2, -1).sum(axis=1) if self.one else found
 
 
@@ -148,7 +152,10 @@ class ProposedLaw:
     @property
     def names(self) -> str:
         """Terms and place as text."""
-        return f"{' with '.join(self.forms)} of {self.place}"
+        return " with ".join(
+            f"{' with '.join(one.term.name for one in self.terms if (one.place or self.place) == place)} of {place}"
+            for place in dict.fromkeys(one.place or self.place for one in self.terms)
+        )
 
 
 def propose(
@@ -466,6 +473,18 @@ def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFi
     found = propose(seen, held, base)
     near = [one for one in found if one.score < found[0].score + NEAR and one.remembers == found[0].remembers]
     return near[:MOST_LAWS]
+
+
+def at_two_places(
+    law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
+) -> ProposedLaw | None:  # fmt: skip
+    """The law with one of its terms at another place, where that is clearly better; None where none is."""
+    moved = [
+        solved(fit, held, base, law.place, [*law.terms[:i], replace(one, place=place), *law.terms[i + 1 :]])
+        for i, one in enumerate(law.terms) if len(law.terms) > 1 for place in fit.motions if place != law.place
+    ]  # fmt: skip
+    best = min(moved, key=lambda p: p.score, default=None)
+    return best if best is not None and best.score < law.score - CLEAR else None
 
 
 def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:

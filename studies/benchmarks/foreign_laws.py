@@ -198,17 +198,17 @@ def nonlinear(
     laws: Sequence[LawCase], there: np.ndarray, inner: np.ndarray, lines: np.ndarray, speed: float
 ) -> np.ndarray:
     """Lines (lines, 2 laws) [N] of the forces of laws whose places move so without them (lines, 2 laws) [m]."""
-    force, own = np.zeros_like(there), [k for k, one in enumerate(laws) if one.law.force is not None and one.size]
+    force, own = np.zeros_like(there), [(k, f) for k, one in enumerate(laws) if (f := one.law.force) and one.size]
     angle, names = (
         speed * np.arange(POINTS) * PERIOD / POINTS,
         " and ".join(f"{one.law.name} at {one.place}" for one in laws),
     )
     for _ in range(400 if own else 0):
         moved, new = there + np.einsum("lij,lj->li", inner, force), np.zeros_like(force)
-        for k in own:
+        for k, f in own:
             at = slice(2 * k, 2 * k + 2)
             u, v = (in_time(one[:, at]) for one in (moved, 2j * np.pi * lines[:, None] * moved))
-            new[:, at] = in_lines(laws[k].size * laws[k].law.force(u, v, angle, speed), len(lines))
+            new[:, at] = in_lines(laws[k].size * f(u, v, angle, speed), len(lines))
         change, force = np.abs(new - force).max(), force + 0.5 * (new - force)
         if change < 1e-7 * max(np.abs(force).max(), 1e-12):
             return force

@@ -18,12 +18,14 @@ from rotorsim.discrepancy.discovery import (
     ONE_SPEED,
     LawTerm,
     ProposedLaw,
+    at_two_places,
     candidate_laws,
     cannot_tell,
     load,
     named,
     own_resonance,
     propose,
+    solved,
     spread_of,
     with_rival,
     written,
@@ -132,6 +134,24 @@ def test_the_spread_of_a_dead_band_is_its_stiffness_times_that_of_the_gap_where_
     law = ProposedLaw("disc 1", (term,), np.array([2e6]), 0, 0, 0, np.zeros(0), np.zeros(1))
     found = spread_of(law, motion(u), {"gap": 1e-7})
     assert found == pytest.approx(np.array([[0.0, 0.2, 0.2], [0.0, 0.0, 0.2]]))
+
+
+def places_seen(columns, residual):
+    """Observed places of which each term has its own whitened columns."""
+    return SimpleNamespace(J=np.zeros((40, 0)), residual=residual, motions=dict.fromkeys(("disc 1", "disc 2")),
+                           comparison=None, columns=lambda place, term, shape: columns[place, term.name])  # fmt: skip
+
+
+@pytest.mark.parametrize(("place", "found"), [("disc 2", "dry of disc 1 with cubic of disc 2"), ("disc 1", None)])
+def test_a_term_that_is_clearly_better_at_another_place_is_said_to_act_there(place, found, monkeypatch):
+    monkeypatch.setattr("rotorsim.discrepancy.discovery.table", lambda comparison, residual: [])
+    rng = np.random.default_rng(4)
+    columns = {(z, kind): rng.normal(size=(40, 2)) for z in ("disc 1", "disc 2") for kind in ("dry", "cubic")}
+    residual = 20 * (columns["disc 1", "dry"].sum(axis=1) + columns[place, "cubic"].sum(axis=1))
+    seen, base = places_seen(columns, residual), SimpleNamespace(parameters=(), vector=np.zeros(0))
+    law = solved(seen, None, base, "disc 1", [LawTerm(TERMS["dry"]), LawTerm(TERMS["cubic"])])
+    other = at_two_places(law, seen, None, base)
+    assert (other and other.names) == found and law.names == "dry with cubic of disc 1"
 
 
 def test_a_law_is_known_only_as_long_as_it_is_a_candidate():
