@@ -25,7 +25,7 @@ import numpy as np
 from reynolds.addressed_calls import ADDRESS, RECORD, SHAPE, WIDTH
 from reynolds.jit import address_of, cache_digest
 from rotorsim.base.cache import in_cache, key_of, source_files
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import WriteError, sweep, write_text
 from rotorsim.effects import Effect
 from rotorsim.plant.kernels.effect_calls import FUNCTIONS, KERNELS, NUMBERS, PortFunction
@@ -89,8 +89,25 @@ def fill_addresses(record: np.recarray, calls: Sequence[Call]) -> None:
         if function.asks:
             key = function, type(call.effect)
             if key not in _addresses:
-                _addresses[key] = address_of(alone(*key), function.kinds, getattr(record[0], call.record))
+                _addresses[key] = _compiled(*key, getattr(record[0], call.record))
             row[ADDRESS] = _addresses[key]
+
+
+def _compiled(function: PortFunction, effect: type[Effect], record: Any) -> int:
+    """Address of an effect's kernel; raises DataError with the compiler's first line for one that does not compile."""
+    try:
+        return address_of(alone(function, effect), function.kinds, record)
+    except RotorsimError:
+        raise
+    except Exception as error:  # numba's own errors, and what its writers raise of a wrong name
+        lines = [line for line in str(error).splitlines() if line.strip() and not line.startswith("Failed in")]
+        reason = lines[0].strip() if lines else type(error).__name__
+        kernel = getattr(effect, function.kernel).__name__
+        raise DataError(
+            f"effect {effect.name}: its kernel {kernel} does not compile: {reason}; see its names and parameters",
+            argument="effects",
+            value=effect.name,
+        ) from error
 
 
 _addresses: dict[tuple[PortFunction, type[Effect]], int] = {}

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import typeof
-from numba.core.errors import NumbaError
 
 from rotorsim.base.errors import DataError
 from rotorsim.effects import REGISTRY, Effect, register
@@ -90,6 +89,13 @@ def test_values_do_not_change_the_kernels_but_source_does(own_machine):
     assert Plant(own_machine("return 2.0 * p.force, 0.0")).assembly.module.__name__ != first
 
 
+@pytest.mark.parametrize("body", ["return p.mass, 0.0", "return unknown(p.force), 0.0", "return 'x', 0.0"])
+def test_a_kernel_that_does_not_compile_is_refused_with_its_effect(own_machine, body):
+    with pytest.raises(DataError) as caught:
+        Plant(own_machine(body)).start(150.0)
+    assert (caught.value.argument, caught.value.value) == ("effects", "own_push") and "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("body", [
     "if p.force > 0.0:\n        raise ValueError\n    return p.force, 0.0",
     "if p.force > 0.0:\n        raise ValueError('too large')\n    return p.force, 0.0",
@@ -126,7 +132,7 @@ def loop(line):
 def test_a_kernel_that_allocates_does_not_compile(own_machine, held, body):
     """The whole step is compiled without numba's runtime: an array or a list is an error that names the kernel."""
     plant = Plant(own_machine(body))
-    with pytest.raises(NumbaError, match="own_push"):
+    with pytest.raises(DataError, match="own_push"):
         plant.start(150.0).advance(held(2, 150.0, 0.0))
 
 
