@@ -52,10 +52,14 @@ class ProcessDiedError(BrokenExecutor):
         self.code = code
 
 
+class NoProcessError(RotorsimError):
+    """The system starts no more processes."""
+
+
 class Child:
     """Child process that calls functions one after the other, for one thread of this process at a time.
 
-    Raises RotorsimError where the system allows no more processes.
+    Raises NoProcessError where the system allows no more processes.
     """
 
     def __init__(self) -> None:
@@ -68,7 +72,8 @@ class Child:
                 stderr=self._stderr, env=environment, start_new_session=True,
             )  # fmt: skip
         except BlockingIOError as error:
-            raise RotorsimError("processes: the system allows no more of them; raise the limit (ulimit -u)") from error
+            reason = "processes: the system allows no more of them"
+            raise NoProcessError(f"{reason} ({error.strerror}); raise the limit (ulimit -u)") from error
 
     @property
     def alive(self) -> bool:

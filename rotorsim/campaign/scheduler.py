@@ -22,7 +22,7 @@ from typing import Any, Protocol
 from dask.system import CPU_COUNT
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.base.processes import spread
+from rotorsim.base.processes import NoProcessError, spread
 from rotorsim.campaign.store import mismatch, parts_folder, versions
 from rotorsim.campaign.worker import end_run, run_orders
 
@@ -189,7 +189,7 @@ class LocalWorkers:
     def why(self, task: Future[str]) -> str:
         """Sentence about a task that failed as a whole; raises ClusterError if its process cannot be started."""
         error = task.exception()
-        if isinstance(error, OSError):
+        if isinstance(error, (OSError, NoProcessError)):
             raise _no_process(error) from error
         return f"worker: {type(error).__name__}: {(str(error).splitlines() or [''])[0][:150]}"
 

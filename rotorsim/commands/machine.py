@@ -59,7 +59,7 @@ def new(
     "rs.machine.bearing_points('bearing.csv')",
 )
 def bearing_table(
-    path: Annotated[Path, typer.Argument(help="CSV file with headings such as 'speed [rpm]' and 'kxx [MN/m]'.")],
+    path: Annotated[Path, typer.Argument(help="CSV file: speed and coefficients, a unit in each heading.")],
     into: Annotated[Path, typer.Option(help="Machine file whose bearing gets the table.")],
     bearing: Annotated[int, typer.Option(help="Index of that bearing, from 0; of kind 'table' or 'linear'.")] = 0,
 ) -> None:

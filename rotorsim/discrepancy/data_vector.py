@@ -414,7 +414,10 @@ def _sets_in(parts: np.ndarray, sides: np.ndarray, tone: np.ndarray) -> bool:
 
 def _is_round(tone: np.ndarray) -> bool:
     """Whether tones of x and y (2, 2) are in quadrature and of like size, as a whirl has them."""
-    return tone.shape[1] == 2 and 2 * abs(float(np.linalg.det(tone))) > ROUND * float(np.sum(tone**2))
+    if tone.shape[1] < 2:
+        return False
+    area = tone[0, 0] * tone[1, 1] - tone[0, 1] * tone[1, 0]
+    return bool(2 * abs(area) > ROUND * np.sum(tone**2))
 
 
 def hum_lines(trial: Trial, frequency: float) -> np.ndarray:

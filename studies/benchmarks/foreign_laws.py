@@ -198,14 +198,12 @@ def nonlinear(
     laws: Sequence[LawCase], there: np.ndarray, inner: np.ndarray, lines: np.ndarray, speed: float
 ) -> np.ndarray:
     """Lines (lines, 2 laws) [N] of the forces of laws whose places move so without them (lines, 2 laws) [m]."""
-    force, own = np.zeros_like(there), [(k, f) for k, one in enumerate(laws) if (f := one.law.force) and one.size]
-    angle, names = (
-        speed * np.arange(POINTS) * PERIOD / POINTS,
-        " and ".join(f"{one.law.name} at {one.place}" for one in laws),
-    )
+    own = {k: one.law.force for k, one in enumerate(laws) if one.law.force is not None and one.size}
+    force, angle = np.zeros_like(there), speed * np.arange(POINTS) * PERIOD / POINTS
+    names = " and ".join(f"{one.law.name} at {one.place}" for one in laws)
     for _ in range(400 if own else 0):
         moved, new = there + np.einsum("lij,lj->li", inner, force), np.zeros_like(force)
-        for k, f in own:
+        for k, f in own.items():
             at = slice(2 * k, 2 * k + 2)
             u, v = (in_time(one[:, at]) for one in (moved, 2j * np.pi * lines[:, None] * moved))
             new[:, at] = in_lines(laws[k].size * f(u, v, angle, speed), len(lines))

@@ -115,6 +115,19 @@ COMMANDS = (
     Command(
         ("report", "diagnosis"), ("{inputs}/diagnosed", "--out", f"{OUT}/page.html"), ("page.html",), compiles=False
     ),
+    Command(
+        ("report", "tables"), ("{inputs}/sweep.nc", "--out", f"{OUT}/tables.xlsx"), ("tables.xlsx",), compiles=False
+    ),
+    Command(
+        ("report", "design"), (ROTOR, "--speed", "1000 rpm", "--out", f"{OUT}/review"),
+        ("review/requirements.csv", "review/criticals.csv", "review/unbalances.csv", "review/clearances.csv",
+         "review/grades.csv", "review/zones.csv", "review/films.csv", "review/rules.csv", "review/report.html"),
+    ),
+    Command(
+        ("optimise",), (ROTOR, "--over", "discs.0.mass=3.8 kg, 4 kg", "--objective", "critical_1", "--out",
+                        f"{OUT}/best"),
+        ("best/path.csv", "best/report.html"),
+    ),
     Command(("report", "record"), ("{inputs}/sweep.nc", "--out", f"{OUT}/page.html"), ("page.html",), compiles=False),
     Command(
         ("balance",), ("bently_rk4", "{inputs}/vectors.csv", "--mapping", "{inputs}/vectors.toml",
@@ -156,6 +169,7 @@ COMMANDS = (
 """A line for each format of a command."""
 ELSEWHERE = {
     ("study", "identification-vs-physics"): "test_studies.py: a study takes minutes to hours",
+    ("machine", "table"): "tests/machine/test_rotor_import.py: it changes one file in place",
     ("live",): "test_recorder.py; it writes on a click in its page (tests/live)",
 }
 """Commands that write and are disturbed in another file."""
