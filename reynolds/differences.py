@@ -105,7 +105,7 @@ def read_strips(w, F, L, iadt):
 def strip_columns(w, F, L, U, iadt):
     """Derivatives of the residual, and of the push between the lines, after the deflection of every strip.
 
-    Expects that the strips are held; a strip moves the residuals of its own line and of both beside it.
+    Expects that the strips are held; a strip moves the residuals of its own line and of both next to it.
     """
     step = STEP * F.clearance
     for line in range(4):
@@ -176,7 +176,7 @@ def differences(w, F, L, U, iadt, array, squared):
 def numerical_jacobian(w, F, L, U, iadt):
     """As `residual.jacobian`, with corners for grooves; leaves no residual of injectors behind.
 
-    With strips the derivatives after q are those over a foil that is held, and its own stand beside them.
+    With strips the derivatives after q are those over a foil that is held, and its own follow them.
     """
     if L.strips == 1:
         w[L.held] = 1.0

@@ -161,8 +161,8 @@ def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndar
     strip = np.repeat(np.arange(lines), layout.n_rows).reshape(at.shape)
     R = sparse.csc_matrix((w[layout.strip_reads + at].ravel(), (strip.ravel(), number.ravel())), (lines, len(film.S)))
     J_w = sparse.csc_matrix((len(film.S), lines))
-    for array, beside in ((layout.by_own, 0), (layout.by_before, -1), (layout.by_behind, 1)):
-        columns = (strip + beside) % lines
+    for array, aside in ((layout.by_own, 0), (layout.by_before, -1), (layout.by_behind, 1)):
+        columns = (strip + aside) % lines
         J_w += sparse.csc_matrix((w[array + at].ravel(), (number.ravel(), columns.ravel())), J_w.shape)
     G = sparse.csc_matrix((opening / film.S[:n], (number.ravel(), strip.ravel())), J_w.shape)
     J_w, whole, F_w = J_w - film.J @ G, 1 + (R @ G).diagonal(), -film.F_y @ G

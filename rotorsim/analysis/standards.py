@@ -13,7 +13,7 @@ Residual unbalance, shaft vibration (peak to peak, at N in rpm) and permissible 
           A_{vl} = \min\left(25.4, 25.4\sqrt{12000 / N}\right)\ \mathrm{\mu m}, \qquad
           U_{per} = \frac{G\,m}{\Omega}
 
-with the static load W of a journal in kg, or in lb. Each `Rule` says how far its source could be read.
+with the static load W of a journal in kg, or in lb. Each `Rule` states how far its source could be read.
 
 Cites: api_617, api_684, iso_14839, iso_20816, iso_21940.
 """

@@ -311,7 +311,7 @@ def without_tones(
 
     .. math:: \hat c = \Big(\sum_w W_w' P_w W_w\Big)^{-1} \sum_w W_w' P_w d_w
 
-    so that a window in which an order lies on the tone says nothing of it (Frisch and Waugh, 1933). The scatter of the
+    so that a window in which an order lies on the tone shows nothing of it (Frisch and Waugh, 1933). The scatter of the
     windows about the one tone is its uncertainty, whatever else is in them.
     """
     t, nominal = time - time[0], np.array([n * mains for mains in MAINS for n in HARMONICS])

@@ -196,7 +196,7 @@ WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
     "no group of lines is beyond its floor by itself, but a law explains all of them together clearly better than the "
-    "calibration does: it is not said that nothing is missing"
+    "calibration does: whether nothing is missing stays open"
 )
 """Note on records that agree line by line alone."""
 NOT_IDENTIFIABLE = (

@@ -182,7 +182,7 @@ def test_an_unbalance_at_the_impeller_acts_at_the_end_of_its_arm(turbo):
 
 
 def test_a_film_and_a_probe_under_a_cup_stay_on_the_shaft():
-    """The journal's rows change with the centre of gravity as smoothly through the bearing as beside it."""
+    """The journal's rows change with the centre of gravity as smoothly through the bearing as next to it."""
     text = rs.load_machine("aerostatic_spindle").text
 
     def mesh(z):
