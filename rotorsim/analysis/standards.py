@@ -81,7 +81,7 @@ RULES = {
     "vibration": Rule("Avl = 25.4 (12000/N)^0.5 um pk-pk, at most 25.4 um", "API RP 684 SP6.8.2.11", PUBLIC),
     "clearance": Rule(
         "motion pk-pk, scaled to Avl at the worst probe by 0.5 to 6, at most 75 % of the diametral clearance",
-        "API RP 684 SP6.8.2.11, API 617 4.8.2.11", PUBLIC,
+        "API RP 684 SP6.8.2.11, API 617 4.8.2.11", RECALLED,
     ),
     "decrement": Rule("first forward mode at least 0.1", "API 617 stability analysis", RECALLED),
     "grade": Rule("U = G m / Omega", "ISO 21940-11", RECALLED),

@@ -249,19 +249,20 @@ FLAT, SLEEVE = 0.01, 0.08
 
 def machine_drawing(machine: Machine) -> go.Figure:
     """The machine from the side, to scale in both directions, with a row of dimensions for each kind of part."""
-    figure, length, start = go.Figure(), machine.shaft.length * 1e3, machine.shaft.start * 1e3
-    shaft = [(left, right, -d / 2, d / 2) for left, right, d, _ in _pieces(machine)]
-    bores = [(left, right, -d / 2, d / 2) for left, right, _, d in _pieces(machine) if d]
+    figure, discs_at = go.Figure(), [one.position for one in machine.discs]
+    start, end = (1e3 * f([z, *discs_at]) for f, z in ((min, machine.shaft.start), (max, machine.shaft.end)))
+    length = end - start
+    shaft, layers, bores = (list(part) for part in (_sections(machine, 1e3), _layers(machine, 1e3), _bores(machine)))
     discs = [_solid(one, FLAT * length) for one in machine.discs]
     sleeves = list(_sleeves(machine, 0.3 * SLEEVE * length))
-    for name, boxes, colour, opacity in (
-        ("disc", discs, DISC, 1.0), ("shaft", shaft, SHAFT, 1.0), ("bore", bores, "#ffffff", 1.0),
-        ("bearing", sleeves, BEARING, 0.7),
-    ):  # fmt: skip
-        _boxes(figure, name, boxes, colour, opacity)
-    top = max(box[3] for box in [*shaft, *discs, *sleeves])
+    _boxes(figure, "arm", [_arm(one, FLAT * length) for one in machine.discs if one.arm], DISC, 1.0)
+    _boxes(figure, "disc", discs, DISC, 1.0)
+    for name, polygons, colour in (("shaft", shaft, SHAFT), ("layer", layers, LAYER), ("bore", bores, "#ffffff")):
+        _polygons(figure, name, polygons, colour, 1.0)
+    _boxes(figure, "bearing", sleeves, BEARING, 0.7)
+    top = max([box[3] for box in [*discs, *sleeves]] + [y for one in [*shaft, *layers] for _, y in one])
     springs = [b.position * 1e3 for b in machine.bearings if b.coefficients is not None]
-    under = [max(box[3] for box in shaft if box[0] - 1e-6 <= z <= box[1] + 1e-6) for z in springs]
+    under = [_at(machine, z / 1e3, 1e3) for z in springs]
     look = {"symbol": "triangle-up", "size": 14, "color": BEARING, "line": {"color": INK, "width": 1}}
     figure.add_scatter(x=springs, y=[-y for y in under], mode="markers", name="bearing", hoverinfo="name+x",
                        marker=look)  # fmt: skip
@@ -283,12 +284,21 @@ def machine_drawing(machine: Machine) -> go.Figure:
     return figure
 
 
-def _pieces(machine: Machine) -> Iterator[tuple[float, float, float, float]]:
-    """Ends [mm], outer and inner diameter [mm] of the sections of the shaft."""
-    z = machine.shaft.start
-    for one in machine.shaft.sections:
-        yield z * 1e3, (z + one.length) * 1e3, one.outer_diameter * 1e3, one.inner_diameter * 1e3
-        z += one.length
+def _bores(machine: Machine) -> Iterator[Polygon]:
+    """The bores of the sections in mm."""
+    for z, one in machine.shaft.placed:
+        if max(one.inner) > 0:
+            left, right = (diameter * 500 for diameter in one.inner)
+            a, b = z * 1e3, (z + one.length) * 1e3
+            yield [(a, -left), (b, -right), (b, right), (a, left)]
+
+
+def _pieces(machine: Machine) -> Iterator[tuple[float, float, str]]:
+    """Ends [mm] of the sections of the shaft, and their outer and inner diameters [mm] as a text."""
+    for z, one in machine.shaft.placed:
+        outer, inner = (" to ".join(f"{d * 1e3:.4g}" for d in dict.fromkeys(ends)) for ends in (one.outer, one.inner))
+        text = f"\N{DIAMETER SIGN}{outer}" + (f" / {inner}" if max(one.inner) > 0 else "")
+        yield z * 1e3, (z + one.length) * 1e3, text
 
 
 def _solid(disc: Disc, least: float) -> Box:
@@ -307,9 +317,8 @@ def _sleeves(machine: Machine, thickness: float) -> Iterator[Box]:
 
 def _diameters(figure: go.Figure, machine: Machine, length: float) -> None:
     """Diameters of the sections that are long enough for the number, as seen between the discs and sleeves."""
-    for left, right, outer, inner in _pieces(machine):
+    for left, right, text in _pieces(machine):
         if right - left > 2 * WRITTEN * length:
-            text = f"\N{DIAMETER SIGN}{outer:.4g}" + (f" / {inner:.4g}" if inner else "")
             figure.add_annotation(
                 x=0.5 * (left + right), y=0.0, text=text, showarrow=False, bgcolor="rgba(255,255,255,0.75)"
             )
@@ -319,7 +328,7 @@ def _dimensions(figure: go.Figure, machine: Machine, planes: Sequence[float], to
     """Rows of dimensions below the machine; the lowest place [mm] that they take."""
     start, end = machine.shaft.start * 1e3, machine.shaft.end * 1e3
     rows = {
-        "sections": [start, *(right for _, right, _, _ in _pieces(machine))],
+        "sections": [start, *(right for _, right, _ in _pieces(machine))],
         "bearings": [start, *(b.position * 1e3 for b in machine.bearings), end],
         "discs": [start, *(d.position * 1e3 for d in machine.discs), end] if machine.discs else [],
         "probes": [start, *(z * 1e3 for z in planes), end],

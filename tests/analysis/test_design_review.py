@@ -16,6 +16,7 @@ from rotorsim.analysis.design_review import (
     margin_of,
     static_loads,
 )
+from rotorsim.report.machine_sketch import machine_drawing
 
 RPM = pi / 30
 
@@ -168,3 +169,11 @@ def test_a_machine_without_a_mode_in_the_region_has_a_steady_response():
 def test_the_vibration_checked_is_the_largest_at_the_operating_speeds(review):
     wide = design_review(review.plant, (2500 * RPM, 4000 * RPM))
     assert [c.verdict for c in wide.checks if c.rule == "vibration"] == [MISSED]
+
+
+def test_the_drawing_shows_a_cone_with_both_its_diameters():
+    built = rs.load_machine("plain_rotor").replace("shaft.sections.0.outer_diameter_right", "15 mm")
+    left, right = built.shaft.sections[0].outer
+    (shaft,) = [trace for trace in machine_drawing(built).data if trace.name == "shaft"]
+    heights = {round(abs(y), 9) for y in shaft.y if y is not None}
+    assert {round(500 * left, 9), round(500 * right, 9)} <= heights and left != right
