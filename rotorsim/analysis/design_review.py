@@ -47,8 +47,10 @@ if TYPE_CHECKING:
 
 BEYOND = 1.35
 """Highest speed that is looked at, over the highest operating speed: above the largest margin of 26 %."""
-STEPS, RESPONSES = 14, 60
-"""Steps of the speeds at which modes are found, and of those at which responses are solved."""
+STEPS = 14
+"""Steps of the speeds at which modes are found."""
+RESPONSES = 60
+"""Steps of the speeds at which responses are solved."""
 AROUND = (-4.0, -2.5, -1.6, -1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0)
 """Further speeds around a critical one, as multiples of its damping ratio."""
 FIRST = 4
@@ -64,6 +66,7 @@ NEAR = 0.08
 UNSEEN = 1e-9
 """Response [m, 0-pk] below which a peak is rounding."""
 TURNS = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+"""Angles [rad] at which the room of a journal is measured."""
 MET, MISSED, OPEN = "met", "not met", "not looked at"
 
 
@@ -307,11 +310,9 @@ def deflected_line(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     [1.0, 0.0]
     """
     k = int(half_axes(x, y)[0].argmax())
-    phases = np.linspace(0, np.pi, 721)
-    turned = np.exp(-1j * phases)
-    out = np.abs((x[k] * turned).real) ** 2 + np.abs((y[k] * turned).real) ** 2
-    best = turned[out.argmax()]
-    a, b = (x * best).real, (y * best).real
+    # the square of the distance is a constant and half the real part of (x^2 + y^2) exp(-2 i phase)
+    turned = np.exp(-0.5j * np.angle(x[k] ** 2 + y[k] ** 2))
+    a, b = (x * turned).real, (y * turned).real
     line = (a * a[k] + b * b[k]) / np.hypot(a[k], b[k])
     return np.asarray(line / line[np.abs(line).argmax()])
 
@@ -449,7 +450,7 @@ def _with_peaks(
 ) -> Iterator[CriticalSpeed]:
     """Critical speeds, ascending, with the highest peak of the API's cases that is nearer to each than to the others.
 
-    Where a mode grows there is no steady response and no peak.
+    Where a mode grows no response is steady, so that none has a peak.
     """
     speeds = responses["speed"].values
     grows = responses["zeta_least"].values < 0

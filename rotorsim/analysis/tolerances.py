@@ -30,7 +30,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.stats import beta, norm, qmc, rankdata
+from scipy.stats import binomtest, norm, qmc, rankdata
 
 from fe_shaft.pencil import Modes
 from fe_shaft.spectrum import refined
@@ -50,10 +50,16 @@ from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant, point
 
-CLOSE, MOST_STEPS = 1e-3, 8
-"""Relative step after which a followed speed is known to some 1e-4, and steps after which it is searched wholly."""
-PILOT, CHUNK, WHOLE = 40, 10, 3
-"""Machines that are followed from the nominal one, machines of one task, and machines that are searched wholly."""
+CLOSE = 1e-3
+"""Relative step after which a followed speed is known to some 1e-4."""
+MOST_STEPS = 8
+"""Steps after which a speed is not found by following."""
+PILOT = 40
+"""Machines that are followed from the nominal one; the starts of the others are predicted from these."""
+CHUNK = 10
+"""Machines of one task."""
+WHOLE = 3
+"""Machines that are searched wholly too."""
 STEP = 1e-3
 """Relative step of the slope of a followed quantity."""
 AGREED = 1e-3
@@ -63,7 +69,13 @@ SURE = 0.95
 SIGMAS = 2.0
 """Standard deviations that the tolerance of a normal value stands for."""
 CRITICALS = "criticals"
+"""Name under which all critical speeds of 1X are asked for."""
 DEFAULT = ("onset", "flow", CRITICALS)
+"""Quantities where none are asked for."""
+NETCDF = "random.nc"
+"""File of all values."""
+TABLE = "random.csv"
+"""File of the same as a table."""
 TOLERANCE = re.compile(
     rf"\s*(?P<path>[^=\s]+)\s*=\s*(?:(?P<centre>{NUMBER}\s*[^+\s±][^+±]*?|{NUMBER}))?\s*(?:\+-|\+/-|±)\s*"
     rf"(?P<half>{NUMBER})\s*(?P<unit>%|\S*?)\s*(?P<law>normal|uniform)?\s*", re.ASCII | re.IGNORECASE,
@@ -386,7 +398,7 @@ class RandomResult:
         return rank_shares(X, self.data[name].values[known], [one.path for one in self.variations])
 
     def table(self) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
-        """Head with units and a row a machine; None where there is no number."""
+        """Head with units and a row a machine; None where it is not known."""
         head = [f"{one.path} [{one.unit or '1'}]" for one in self.variations] + [q.heading for q in self.quantities]
         columns = [self.data[one.path].values for one in self.variations]
         columns += [self.data[q.name].values * q.factor for q in self.quantities]
@@ -417,9 +429,6 @@ class RandomResult:
         return {"random": str(folder / NETCDF), "table": str(folder / TABLE)}
 
 
-NETCDF, TABLE = "random.nc", "random.csv"
-
-
 def clopper_pearson(k: int, n: int, level: float = SURE) -> tuple[float, float]:
     """Interval of the probability of an event that was seen k times in n.
 
@@ -429,9 +438,8 @@ def clopper_pearson(k: int, n: int, level: float = SURE) -> tuple[float, float]:
     >>> [round(p, 4) for p in clopper_pearson(0, 100)]
     [0.0, 0.0362]
     """
-    tail = (1 - level) / 2
-    low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
-    return low, float(beta.ppf(1 - tail, k + 1, n - k)) if k < n else 1.0
+    found = binomtest(k, n).proportion_ci(level, "exact")
+    return float(found.low), float(found.high)
 
 
 def rank_shares(X: np.ndarray, y: np.ndarray, names: Sequence[str]) -> tuple[dict[str, float], float]:

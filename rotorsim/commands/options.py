@@ -462,6 +462,6 @@ def print_files(files: Mapping[str, str]) -> None:
 
 
 def print_json(numbers: Any) -> None:
-    """Print results as JSON: numbers of numpy are numbers, and what is no number or endless is null."""
+    """Print results as JSON: numbers of numpy are numbers, NaN and infinity are null."""
     plain = json.loads(json.dumps(numbers, default=float), parse_constant=lambda _: None)
     typer.echo(json.dumps(plain, indent=2, allow_nan=False))

@@ -164,7 +164,7 @@ STRAINED = (
 """Note on a calibration beyond its limits or priors."""
 UNCLEAR = (
     "the records ask for numbers which are not believed, and none of these is far from the file beyond its own "
-    "uncertainty: {}. That is no finding, and no agreement either"
+    "uncertainty: {}. That shows neither a fault nor agreement"
 )
 """Note on a calibration that is far from the machine file without a number that is so."""
 HINT = (
@@ -418,17 +418,7 @@ class DiagnosisRun:
                 break
         if not self.force_held and flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
             return self._with_held_force()
-        far = far_places(self.fitted, base, lambda: self.progress("calibrate")) or [("", base)]
-        base = far[0][1]
-        self.large, self.far_bearings = self._large(far)
-        self.place = far[0][0] if len(far) == 1 else None
-        if self.large and not any(self._clearly_off(*one) for one in far):
-            self.unclear, self.large, self.far_bearings, self.place = (
-                UNCLEAR.format("; ".join(self.large)),
-                (),
-                (),
-                None,
-            )
+        base = self._placed(base)
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         if flagged(table(self.fitted, base.residual)) or self.large or self.unclear:
@@ -462,6 +452,16 @@ class DiagnosisRun:
             notes += self._hints(base)
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
         return self._result(base, flags, judgement, search, notes) if other is None else other
+
+    def _placed(self, base: ParameterFit) -> ParameterFit:
+        """The calibration, or that with one bearing far off where it explains the records better; sets what is far."""
+        far = far_places(self.fitted, base, lambda: self.progress("calibrate")) or [("", base)]
+        self.large, self.far_bearings = self._large(far)
+        self.place = far[0][0] if len(far) == 1 else None
+        if self.large and not any(self._clearly_off(*one) for one in far):
+            self.unclear = UNCLEAR.format("; ".join(self.large))
+            self.large, self.far_bearings, self.place = (), (), None
+        return far[0][1]
 
     def _notes_on_records(self) -> list[str]:
         """Notes on what the records are, before anything is found in them."""

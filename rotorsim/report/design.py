@@ -144,7 +144,7 @@ def _requirements(review: DesignReview) -> Table:
     order = {MISSED: 0, OPEN: 1, MET: 2}
     rows = [(SIGNS[c.verdict], c.name, c.asked, c.found, standards.RULES[c.rule].clause, c.remark)
             for c in sorted(review.checks, key=lambda c: order[c.verdict])]  # fmt: skip
-    text = "What was not looked at is no proof of safety. How far each clause could be read stands below, under Rules."
+    text = "What was not looked at may be unsafe. How far each clause could be read stands below, under Rules."
     return Table("Requirements", text, ("verdict", "requirement", "asked", "found", "rule", "remark"), rows)
 
 

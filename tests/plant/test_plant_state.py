@@ -157,8 +157,8 @@ def test_a_pressure_that_cannot_lift_the_rotor_is_named_with_the_way_out(rig):
         rig().equilibrium(0.0, 0.02e6)
 
 
-def test_films_that_fall_to_no_number_do_not_carry():
-    """Two films that feed themselves: a correction that is no number is not a small one."""
+def test_films_whose_correction_is_nan_do_not_carry():
+    """Two films that feed themselves: a correction of NaN does not count as small."""
     with pytest.raises(NoLiftOffError):
         rotorsim.Plant("grooved_turbo_rotor").equilibrium(0.0, 0.0)
 

@@ -90,7 +90,7 @@ def correct_films(w, ix, P):
         for a in range(nb):
             v[FILM.small + a] = w[ROTOR.small + f * nb + a]
         own = finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM)
-        if size == size and not own <= size:  # what is no number stays, and is no small correction
+        if size == size and not own <= size:  # NaN stays: it does not count as small
             size = own
     return size
 
