@@ -102,6 +102,7 @@ VARIABLES = {
     "reference": Variable(("axis",), "V", "reference voltage of the actuators"),
     "reference_external": Variable(("axis",), "V", "reference voltage that was added to a controller's"),
     "disc_force": Variable(("axis",), "N", "external force on the disc"),
+    "base_acceleration": Variable(("axis",), "m/s^2", "acceleration of the base"),
     "pin": Variable(("injector",), "m", "pin position"),
     "pin_measured": Variable(("injector",), "m", "measured pin position"),
     "film_force": Variable(("axis",), "N", "film force on the journal"),

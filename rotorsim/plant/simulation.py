@@ -216,6 +216,8 @@ class Simulation(Shown):
 
     assembly: Assembly
     w: np.ndarray
+    on_orbit: bool = False
+    """Whether it began on the synchronous orbit."""
 
     @classmethod
     def at_equilibrium(cls, assembly: Assembly, speed: float, pressure: float, seed: int = 0) -> Simulation:
@@ -262,6 +264,10 @@ class Simulation(Shown):
                 argument="position",
             )
         put_rows(self.w, rotor.struck, mesh.shape_between(position), rotor.n)
+
+    def shake_base(self) -> None:
+        """Take the external force as an acceleration [m/s^2] of the base: on all masses, against it."""
+        put_rows(self.w, self.assembly.rotor.struck, -self.assembly.mesh.shaken_mass, self.assembly.rotor.n)
 
     def advance(self, inputs: np.ndarray) -> np.ndarray:
         """Advance by one sample per row of inputs; returns the state BEFORE each as (n, columns).

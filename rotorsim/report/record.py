@@ -42,7 +42,7 @@ NOTES = (
 """Notes of a page with orders."""
 SIMULATED = "This is a simulation. Numbers of a machine file marked calibrated were fitted; see its comments."
 NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random excitation", "impact": "impact test",
-         "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
+         "shock": "shock of the base", "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
 Rows = list[tuple[str, str]]
 SETTINGS = {
     "experiment": ("Experiment", "{}", 1.0),

@@ -31,12 +31,15 @@ PANELS = {
     "contact": ("contact<br>[% of time]", 100.0),
     "reference": ("reference<br>[V]", 1.0),
     "disc_force": ("force<br>[N]", 1.0),
+    "base_acceleration": ("base<br>[m/s²]", 1.0),
     "pin": ("pins<br>[µm]", TO_UM),
     "pin_measured": ("pins<br>[µm]", TO_UM),
 }
 """Label of the axis of each variable, and the factor from SI."""
 OVERVIEW = tuple(PANELS)[:10]
 """Variables of the overview in order."""
+DRIVING = ("reference", "disc_force", "base_acceleration")
+"""Variables that are held during a sample."""
 BY_BEARING = {"film_thickness": "h_min", "film_flow": "mass_flow"}
 """Variables of each of several films, and those of all that they stand for."""
 BANDS = "Bands span least to largest values."
@@ -202,7 +205,7 @@ def excitation(run: AnalysedRun, _: None) -> go.Figure:
 def _excitation_panels(run: AnalysedRun) -> dict[str, list[PanelLine]]:
     """Lines per panel of what the record holds and what moves."""
     shown: dict[str, list[PanelLine]] = {}
-    for name in ("reference", "disc_force"):
+    for name in DRIVING:
         if name in run.driven:
             shown[name] = [PanelLine(name, k, axis, AXIS_COLOURS[axis]) for k, axis in enumerate("xy")]
     for name in [one for one in PINS if one in run.record] if "reference" in run.driven else ():
@@ -219,7 +222,7 @@ def _excitation_panels(run: AnalysedRun) -> dict[str, list[PanelLine]]:
 def _samples(run: AnalysedRun, line: PanelLine, scale: float, stretch: slice, legend: bool) -> go.Scatter:
     part = run.record[line.variable].isel(time=stretch)
     values = np.asarray(part.values[:, line.column], float) * scale
-    held = line.variable in ("reference", "disc_force")
+    held = line.variable in DRIVING
     colour = faint(line.colour, 0.4) if line.faint else line.colour
     return go.Scatter(
         x=compact(run.record["time"].isel(time=stretch).values, 7), y=compact(values), mode="lines", name=line.name,
