@@ -6,3 +6,9 @@ from .bearing import (
 )
 from .grid import FilmError as FilmError
 from .injector import Injector as Injector
+from .thrust import (
+    GasThrustBearing as GasThrustBearing,
+    RingFeed as RingFeed,
+    SpiralGrooves as SpiralGrooves,
+    SteadyThrust as SteadyThrust,
+)

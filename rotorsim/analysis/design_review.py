@@ -25,6 +25,7 @@ from fe_shaft.follower import Node
 from fe_shaft.modal import half_axes
 from reynolds import kernels
 from rotorsim.analysis import standards
+from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
 from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
 from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
@@ -158,7 +159,8 @@ class DesignReview:
     `responses` holds the major half axis (case, speed, z) [m, 0-pk] of the shaft, `probes` the positions of the probe
     planes by name; `decrements` (speed) the least logarithmic decrement; `undamped` the critical speed map, None with
     the reason `no_map`, and `stiffness` (bearing, speed, axis) that of the bearings. `onset` is the speed [rad/s], the
-    frequency and whether every mode was looked for. `sensitivity` is the largest one of a law, None without.
+    frequency and whether every mode was looked for. `sensitivity` is the largest one of a law, None without; `axial`
+    None without thrust bearings.
     """
 
     plant: Plant
@@ -184,6 +186,7 @@ class DesignReview:
     searched: tuple[float, float]
     open_speeds: tuple[tuple[float, float], ...]
     sensitivity: float | None
+    axial: AxialCurves | None
 
     @property
     def file_case(self) -> UnbalanceCase:
@@ -235,6 +238,7 @@ def design_review(
     low, high = speeds or (top_speed(plant),) * 2
     if not 0 < low <= high:
         raise DataError(f"design review: speeds from {low * TO_RPM:g} to {high * TO_RPM:g} rpm; give ascending ones")
+    axial = axial_curves(plant.machine, high, pressure, BEYOND) if plant.machine.thrust_bearings else None
     pressure = float(felt([plant.machine], [pressure])[0])
     at = np.unique([*np.linspace(0.0, BEYOND * high, STEPS + 1), low, high])
     found = modes_over_speed(plant, at, pressure, FIRST, (1,))
@@ -253,7 +257,7 @@ def design_review(
         tuple(_with_peaks(modes, responses, cases, probes)), cases, loads, responses, probes,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
         _onset(plant, pressure, BEYOND * high), films, gap, refused, undamped, no_map, stiffness, found.searched,
-        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity,
+        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity, axial,
     )  # fmt: skip
 
 
@@ -599,6 +603,7 @@ def _direct(bearing: BearingPart, speed: float) -> np.ndarray:
 def _checks(r: DesignReview) -> Iterator[DesignCheck]:
     yield from _margin_checks(r)
     yield from _stability_checks(r)
+    yield from _axial_checks(r)
     yield from _clearance_checks(r)
     yield from _balance_checks(r)
     yield from _zone_checks(r)
@@ -675,6 +680,18 @@ def _stability_checks(r: DesignReview) -> Iterator[DesignCheck]:
         yield DesignCheck(
             "Onset of whirl", top, "-", OPEN, "onset", "the film does not carry, or a mode may be missing"
         )
+
+
+def _axial_checks(r: DesignReview) -> Iterator[DesignCheck]:
+    if r.axial is None:
+        return
+    name, asked = "Axial mode between the thrust bearings", f"damped at {r.high * TO_RPM:.0f} rpm"
+    if r.axial.state is None:
+        yield DesignCheck(name, asked, "not carried", MISSED, "onset", r.axial.refused)
+    else:
+        found = f"{r.axial.state.wn / (2 * np.pi):.4g} Hz, damping ratio {r.axial.state.zeta:.3g}"
+        yield DesignCheck(name, asked, found, MET if r.axial.state.zeta > 0 else MISSED, "onset",
+                    "faces that stay parallel")  # fmt: skip
 
 
 def _clearance_checks(r: DesignReview) -> Iterator[DesignCheck]:

@@ -22,7 +22,10 @@ from rotorsim.machine.gas_film import (
     Lobes,
     Orifices,
     PinnedInjector,
+    RingFeed,
+    SpiralGrooves,
     Steps,
+    ThrustBearing,
 )  # fmt: skip
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.plausibility import ask_machine
@@ -62,14 +65,17 @@ __all__ = [
     "PinnedInjector",
     "Point",
     "Probe",
+    "RingFeed",
     "Section",
     "Shaft",
     "ShaftMaterial",
     "ShaftProbe",
     "Solver",
+    "SpiralGrooves",
     "Steps",
     "Support",
     "TableBearing",
+    "ThrustBearing",
     "bearing_points",
     "catalogue",
     "describe",
