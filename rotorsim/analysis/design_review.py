@@ -270,7 +270,7 @@ def design_review(
         plant, low, high, pressure, stated,
         tuple(_with_peaks(modes, responses, cases, places)), cases, loads, responses, probes, places,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
-        _onset(plant, pressure, BEYOND * high), films, gap, refused, undamped, no_map, stiffness, found.searched,
+        _onset(plant, pressure, found.searched[1]), films, gap, refused, undamped, no_map, stiffness, found.searched,
         tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity,
     )  # fmt: skip
 
@@ -354,8 +354,7 @@ def _cases(plant: Plant, modes: Sequence[CriticalSpeed], loads: np.ndarray, spee
             )
             for z, w in pairs
         )
-        at = " and ".join(f"{1e3 * z:.4g} mm" for z, _ in pairs)
-        found[key] = UnbalanceCase(f"{word} at {at}", parts, tuple(abs(w) for _, w in pairs))
+        found[key] = UnbalanceCase(f"{word} {len(found) + 1}", parts, tuple(abs(w) for _, w in pairs))
     own = tuple(e for e in plant.machine.effects.get("unbalance", ()) if getattr(e, "me", 0) > 0)
     name = "machine file" if own else "grade G 2.5"
     return (*found.values(), UnbalanceCase(name, unbalances_of(plant.machine, speed)))
@@ -516,6 +515,12 @@ def operating(at: np.ndarray, low: float, high: float) -> np.ndarray:
     return within if within.any() else np.abs(at - high) == np.abs(at - high).min()
 
 
+def steady_up_to(responses: xr.Dataset, high: float) -> xr.Dataset:
+    """Responses up to a speed [rad/s], NaN where a mode grows."""
+    below = responses.sel(speed=responses["speed"] <= high * (1 + 1e-9))
+    return below.where(below["zeta_least"] >= 0)
+
+
 def _clearances(
     gaps: Sequence[tuple[str, float, float]], responses: xr.Dataset, scales: dict[str, float], high: float
 ) -> Iterator[Clearance]:
@@ -523,8 +528,7 @@ def _clearances(
 
     Speeds at which a mode grows are left out.
     """
-    below = responses.sel(speed=responses["speed"] <= high * (1 + 1e-9))
-    steady = below.where(below["zeta_least"] >= 0)
+    steady = steady_up_to(responses, high)
     for place, z, gap in gaps:
         motions = {
             name: 2 * scale * steady["major"].sel(case=name).sel(z=z, method="nearest").values
@@ -694,7 +698,7 @@ def _stability_checks(r: DesignReview) -> Iterator[DesignCheck]:
     if found is not None:
         verdict, detail = MET if speed > r.high else MISSED, f"whirl at {frequency / (2 * np.pi):.4g} Hz"
     elif looked:
-        verdict, detail = MET, f"none up to {BEYOND * r.high * TO_RPM:.0f} rpm"
+        verdict, detail = MET, f"none up to {r.searched[1] * TO_RPM:.0f} rpm"
     else:
         verdict, remark = OPEN, "the film does not carry, or a mode may be missing"
     yield DesignCheck("Onset of whirl", "at least", r.high * TO_RPM, found, "rpm", verdict, "onset", detail, remark)

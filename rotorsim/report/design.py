@@ -14,7 +14,6 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis import standards
 from rotorsim.analysis.design_review import (
-    BEYOND,
     MET,
     MISSED,
     OPEN,
@@ -25,12 +24,13 @@ from rotorsim.analysis.design_review import (
     first_forward,
     margin_of,
     operating,
+    steady_up_to,
 )
 from rotorsim.base.cache import installed
 from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.machine_sketch import machine_drawing
 from rotorsim.report.page import INK, NEUTRAL, PIN_COLOURS, UNSAFE, Block, Page, curve, page_of, shade_growth, style
-from rotorsim.report.units import quantity
+from rotorsim.report.units import quantity, unit_name
 
 SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
 COLUMNS = 2
@@ -83,7 +83,8 @@ def design_page(review: DesignReview, author: str = "not stated") -> Page:
     blocks: list[Block] = [
         Block("Document", rows=_head(review, author)),
         _verdicts(review),
-        Block("Machine", "To scale. Discs are solid ones of the mass and inertia of the file. Lengths in mm.",
+        Block("Machine",
+              f"To scale. Discs are solid ones of the mass and inertia of the file. Lengths in {unit_name('mm')}.",
               figure=machine_drawing(machine), tools=False),
         replace(made["criticals"], figure=mode_figure(review) if review.criticals else None),
         made["cases"],
@@ -120,8 +121,8 @@ def _head(review: DesignReview, author: str) -> list[tuple[str, str]]:
         ("Author", author),
         ("Program", f"rotorsim {installed('rotorsim')}"),
         ("Machine", f"{machine.name}, hash {machine.hash}"),
-        ("Rotor", f"{machine.mass:.4g} kg, {quantity(machine.shaft.length * 1e3, 'mm', '.4g')} long"),
-        ("Static loads W", ", ".join(f"{name} {w:.4g} kg" for name, w in loads)),
+        ("Rotor", f"{quantity(machine.mass, 'kg', '.4g')}, {quantity(machine.shaft.length * 1e3, 'mm', '.4g')} long"),
+        ("Static loads W", ", ".join(f"{name} {quantity(w, 'kg', '.4g')}" for name, w in loads)),
         ("Method", "Equilibria and linear models of film and rotor at each speed; all modes with a damping ratio below "
                    f"0.5 up to {review.searched[1] * TO_RPM:.0f} rpm"),
     ]  # fmt: skip
@@ -130,7 +131,7 @@ def _head(review: DesignReview, author: str) -> list[tuple[str, str]]:
 def _key(review: DesignReview) -> list[tuple[str, str]]:
     found, first = counts(review), first_forward(review)
     speed, _, looked = review.onset
-    none = f"none up to {BEYOND * review.high * TO_RPM:.0f} rpm" if looked else "not known"
+    none = f"none up to {review.searched[1] * TO_RPM:.0f} rpm" if looked else "not known"
     return [
         (str(found[MISSED]), "requirements not met"), (str(found[OPEN]), "not looked at"), (str(found[MET]), "met"),
         (f"{first.speed * TO_RPM:.0f} rpm" if first else "-", "first forward critical speed"),
@@ -315,6 +316,9 @@ def response_figure(review: DesignReview) -> go.Figure:
             figure.add_trace(curve(speed * TO_RPM, sizes, PIN_COLOURS[k % 6], probe, 2, digits=7, legendgroup=probe,
                                    showlegend=row == 1), row, 1)  # fmt: skip
         for mode in (m for m in review.criticals if m.driven_by == case.name and m.peak is not None):
+            if mode.place not in review.probes:
+                sizes = np.where(steady, review.motion(case.name, review.places[mode.place]), np.nan) * TO_UM
+                figure.add_trace(curve(speed * TO_RPM, sizes, INK, mode.place, 1, "dot", 7), row, 1)
             _add_peak(figure, mode, row)
         _add_operating(figure, review, row)
         figure.update_yaxes(title_text="motion [µm pk-pk]", rangemode="tozero", row=row, col=1)
@@ -354,7 +358,7 @@ def envelope_figure(review: DesignReview) -> go.Figure:
     """Largest scaled motion along the shaft of every case against the clearances that are known."""
     figure = go.Figure()
     z = review.responses["z"].values * 1e3
-    steady = review.responses["major"].where(review.responses["zeta_least"] >= 0)
+    steady = steady_up_to(review.responses, review.high)["major"]
     for k, (name, scale) in enumerate(review.scales.items()):
         largest = 2 * scale * steady.sel(case=name).max("speed").values * TO_UM
         if np.isfinite(largest).any():
@@ -403,9 +407,9 @@ def _map_block(review: DesignReview) -> Block:
     if review.undamped is None:
         return Block(title, f"Not looked at: {review.no_map}")
     text = (
-        "Of the rotor on bearings of one stiffness each. Thin lines are the stiffness that the bearings have at each "
-        "speed, that of films at the frequency of the speed; horizontal: the operating speed. A critical speed lies "
-        "near each crossing."
+        "The rotor on bearings of one stiffness each, the same in x and y. Thin lines are the stiffness that the "
+        "bearings have at each speed, that of films at the frequency of the speed; horizontal: the operating speed. A "
+        "critical speed lies near each crossing."
     )
     return Block(title, text, figure=map_figure(review))
 
