@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 import fe_shaft
+from fe_shaft.rotor import COEFFICIENTS, SOFT, SWITCHES
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.foreign_systems import Leftovers
 from rotorsim.base.units import parse
@@ -32,11 +33,6 @@ from rotorsim.machine.tables import checked_part
 if TYPE_CHECKING:
     from fe_shaft.assembly import AssembledRotor
     from fe_shaft.shaft import BearingElement, Material, ShaftElement
-
-SOFT = 1e-6
-"""Share of Young's modulus below which a layer is meant as mass alone: other programs have no other word for it."""
-_SWITCHES = ("shear_effects", "rotary_inertia", "gyroscopic")
-_COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 
 
 def from_ross(rotor: Any, name: str = "") -> Machine:
@@ -108,7 +104,7 @@ def machine_of(rotor: AssembledRotor, name: str) -> Machine:
 
 
 _HEADING = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*[\[(,/]?\s*(?P<unit>[^\])]*?)\s*[\])]?\s*")
-_UNITS = {"speed": "rad/s"} | {name: "N/m" if name[0] == "k" else "N*s/m" for name in _COEFFICIENTS}
+_UNITS = {"speed": "rad/s"} | {name: "N/m" if name[0] == "k" else "N*s/m" for name in COEFFICIENTS}
 
 
 def bearing_points(path: str | Path) -> tuple[Point, ...]:
@@ -211,7 +207,7 @@ def _unsayable(rotor: AssembledRotor) -> Iterator[str]:
     for e in rotor.shaft_elements:
         if e.torque:
             yield f"shaft element {e.n}: torque = {e.torque:g} N m has no counterpart; leave it out"
-        for switch in _SWITCHES:
+        for switch in SWITCHES:
             if not getattr(e, switch):
                 yield f"shaft element {e.n}: {switch} = False has no counterpart; a machine's shaft has it"
     for p in rotor.point_mass_elements:
@@ -269,7 +265,7 @@ def _bearing(rotor: AssembledRotor, bearing: BearingElement) -> dict[str, Any]:
     common |= {name: getattr(bearing, name) or None for name in ("mxx", "myy")}
     if bearing.n_link is not None:
         common["support"] = _support(rotor, bearing.n_link)
-    values = {name: np.atleast_1d(getattr(bearing, name)) for name in _COEFFICIENTS}
+    values = {name: np.atleast_1d(getattr(bearing, name)) for name in COEFFICIENTS}
     if bearing.frequency is None:
         return {"kind": "linear", **common, **{name: value[0] for name, value in values.items()}}
     points = [

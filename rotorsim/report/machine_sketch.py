@@ -15,6 +15,7 @@ from rotorsim.machine import Machine
 from rotorsim.machine.rotor import Disc
 from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
 from rotorsim.report.page import INK, faint, style
+from rotorsim.report.units import number
 
 Box = tuple[float, float, float, float]
 """Left, right [mm], lower and upper [share of the drawing's height] edge."""
@@ -289,7 +290,8 @@ def machine_drawing(machine: Machine) -> go.Figure:
     style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60), hovermode="closest", dragmode=False)
     figure.update_xaxes(title_text="position along the shaft [mm]", showgrid=False,
                         range=[start - 1.6 * room, start + length + 0.8 * room])  # fmt: skip
-    figure.update_yaxes(visible=False, scaleanchor="x", scaleratio=1, range=[low, 1.25 * top], constrain="domain")
+    figure.update_yaxes(title_text="radius [mm]", visible=False, scaleanchor="x", scaleratio=1, constrain="domain",
+                        range=[low, 1.25 * top])  # fmt: skip
     figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)
     return figure
 
@@ -304,9 +306,11 @@ def _bores(machine: Machine) -> Iterator[Polygon]:
 
 
 def _pieces(machine: Machine) -> Iterator[tuple[float, float, str]]:
-    """Ends [mm] of the sections of the shaft, and their outer and inner diameters [mm] as a text."""
+    """Ends [mm] of the sections of the shaft, and their outer and inner diameters in the page's unit as a text."""
     for z, one in machine.shaft.placed:
-        outer, inner = (" to ".join(f"{d * 1e3:.4g}" for d in dict.fromkeys(ends)) for ends in (one.outer, one.inner))
+        outer, inner = (
+            " to ".join(number(d * 1e3, "mm", ".4g") for d in dict.fromkeys(ends)) for ends in (one.outer, one.inner)
+        )
         text = f"\N{DIAMETER SIGN}{outer}" + (f" / {inner}" if max(one.inner) > 0 else "")
         yield z * 1e3, (z + one.length) * 1e3, text
 
@@ -365,5 +369,7 @@ def _dimension_row(figure: go.Figure, name: str, places: Sequence[float], y: flo
     length = places[-1] - places[0]
     for left, right in pairwise(places):
         if right - left > WRITTEN * length:
-            figure.add_annotation(x=0.5 * (left + right), y=y + 8 * pixel, text=f"{right - left:.5g}", showarrow=False)
+            figure.add_annotation(
+                x=0.5 * (left + right), y=y + 8 * pixel, text=number(right - left, "mm", ".5g"), showarrow=False
+            )
     figure.add_annotation(x=places[0], y=y, text=name, showarrow=False, xanchor="right", xshift=-10)

@@ -10,8 +10,14 @@ from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.report.page import INK, PIN_COLOURS, UNSAFE, Block, Page, compact, machine_entry, page_of, style
 from rotorsim.report.units import quantity
 
-COLUMNS, PANEL, BINS = 2, 230, 30
+COLUMNS = 2
+"""Columns of the distributions."""
+PANEL = 230
+"""Height [px] of a distribution."""
+BINS = 30
+"""Most bars of a distribution."""
 MOST_ROWS = 400
+"""Machines that are listed."""
 
 
 @page_of(RandomResult)
