@@ -20,10 +20,12 @@ from fmu.archive import DESCRIPTIONS, check_place, text, workspace, write_archiv
 from fmu.contents import contents
 from fmu.importer import Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
+from fmu.law_code import write_law
 from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
 from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
+from rotorsim.base.files import write_text
 from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.control import Law, load_law
 from rotorsim.machine.limits import check_speed, speed_limit
@@ -198,7 +200,7 @@ def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) ->
         (folder / name).write_text(content, encoding="utf-8")
     for file in (Path(__file__).parent / "c").iterdir():
         shutil.copy(file, folder)
-    return (*SHARED, unit.core)
+    return (*SHARED, *unit.core)
 
 
 def build(model: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> dict[str, Path]:
@@ -284,6 +286,25 @@ def export(
     for version, path in paths.items():
         more = contents(model, version, reference, [t.name for t in targets], cpu)
         write_archive(path, core(model, version, targets, libraries) | more)
+    return paths
+
+
+def code_names(out: Path) -> tuple[Path, Path]:
+    """Header and source of a law for a microcontroller: `out` with the endings .h and .c in place of its own."""
+    stem = out.with_suffix("") if out.suffix.lower() in (".c", ".h", ".fmu") else out
+    return stem.with_name(f"{stem.name}.h"), stem.with_name(f"{stem.name}.c")
+
+
+def export_code(unit: LawUnit, out: Path, precision: str = "float64") -> tuple[Path, Path]:
+    """Write a law as C99 without FMI, a header and a source named after the law, and return where they are.
+
+    Raises DataError for a precision that the law cannot have, and where the files cannot be written.
+    """
+    paths = code_names(out)
+    texts = write_law(unit.law, identifier(unit), paths[0].stem, precision)
+    for path, content in zip(paths, texts, strict=True):
+        check_place(path)
+        write_text(path, content)
     return paths
 
 

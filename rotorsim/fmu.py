@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MODEL_FILES = (".json", ".mat")
 Subject = Plant | Machine | LpvModel | Law | str | Path
 
-__all__ = ["check", "export", "info", "system"]
+__all__ = ["check", "export", "info", "law_code", "system"]
 
 
 def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> PlantUnit | LinearUnit | LawUnit:
@@ -97,6 +97,23 @@ def export(
     chosen = _export.versions(",".join(map(str, fmi)))
     unit = _export.named(unit_of(subject, speed, pressure), name)
     return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce)
+
+
+def law_code(
+    law: Law | str | Path, out: str | Path, precision: str = "float64", name: str | None = None
+) -> tuple[Path, Path]:
+    """Write a control law as C99 for a microcontroller, OUT.h and OUT.c, without FMI; returns both.
+
+    In float64 it has the bits of `Law.step`; the header states the error of float32. Names in C begin with `name`, by
+    default that of the law. Raises DataError, LawError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> [path.name for path in rs.fmu.law_code("law.json", "law")]
+    ['law.h', 'law.c']
+    """
+    return _export.export_code(_export.named(_export.law_unit(law), name), Path(out), precision)
 
 
 def system(
