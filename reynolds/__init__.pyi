@@ -6,9 +6,5 @@ from .bearing import (
 )
 from .grid import FilmError as FilmError
 from .injector import Injector as Injector
-from .thrust import (
-    GasThrustBearing as GasThrustBearing,
-    RingFeed as RingFeed,
-    SpiralGrooves as SpiralGrooves,
-    SteadyThrust as SteadyThrust,
-)
+from .sleeve import RingFeed as RingFeed, SpiralGrooves as SpiralGrooves
+from .thrust import GasThrustBearing as GasThrustBearing, SteadyThrust as SteadyThrust

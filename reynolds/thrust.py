@@ -25,7 +25,6 @@ Cites: hamrock_2004, malanoski_1965, muijderman_1966, vohr_1965.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import pi
@@ -37,7 +36,8 @@ from scipy.linalg import solve_banded
 
 from reynolds.grid import FilmError
 from reynolds.injector import nozzle, nozzle_coefficients, nozzle_table
-from rotorsim.base.quantity import number
+from reynolds.sleeve import RingFeed, SpiralGrooves
+from reynolds.texture import mean_flow
 from rotorsim.base.units import TO_UM
 
 Array = NDArray[np.float64]
@@ -47,58 +47,6 @@ ITERATIONS, TOLERANCE = 60, 1e-12
 """Most iterations of a steady film, and the relative change of pressure at which they end."""
 LEAST = 0.3
 """Smallest share of a pressure that an iteration leaves."""
-
-
-@dataclass(frozen=True)
-class SpiralGrooves:
-    """Logarithmic spirals from one edge of a thrust film, before a ring without grooves, the land.
-
-    They pump as stated when the shaft turns from x to y, the other way when it turns from y to x.
-
-    Examples
-    --------
-    >>> from reynolds.thrust import SpiralGrooves
-    >>> SpiralGrooves(15e-6, 0.6, 0.3, 4e-3).pumps
-    'inwards'
-    """
-
-    pumps: Literal["inwards", "outwards"] = field(
-        default="inwards", kw_only=True,
-        metadata={"doc": "Where they pump to for a positive speed: 'inwards' or 'outwards'; the land is at that edge."},
-    )  # fmt: skip
-    depth: float = number("m", "Depth of a groove.", above=0, high=1e-3, example=15e-6)
-    share: float = number("1", "Share of the circumference that is groove.", above=0, high=0.95, example=0.6)
-    angle: float = number("rad", "Angle between grooves and circumference.", above=0, high=1.55, example=0.3)
-    land: float = number("m", "Width of the ring without grooves.", 0.0, low=0, high=10, example=4e-3)
-
-    def problems(self) -> Iterator[tuple[str, str]]:
-        """Conflicts between its values: none."""
-        return iter(())
-
-
-@dataclass(frozen=True)
-class RingFeed:
-    """Orifices between the supply and the inner edge of a thrust film.
-
-    Examples
-    --------
-    >>> from reynolds.thrust import RingFeed
-    >>> round(1e6 * RingFeed(8, 0.2e-3).open_area, 3)
-    0.201
-    """
-
-    count: float = number("1", "Number of orifices.", low=1, high=64, multiple=1, example=8)
-    diameter: float = number("m", "Diameter of an orifice.", above=0, high=0.01, example=0.2e-3)
-    discharge: float = number("1", "Discharge coefficient of an orifice.", 0.8, above=0, high=2)
-
-    def problems(self) -> Iterator[tuple[str, str]]:
-        """Conflicts between its values: none."""
-        return iter(())
-
-    @property
-    def open_area(self) -> float:
-        """Discharge coefficient times area of all orifices [m^2]."""
-        return self.count * self.discharge * pi / 4 * self.diameter**2
 
 
 @dataclass(frozen=True)
@@ -218,8 +166,6 @@ class GasThrustBearing:
 
     def _means(self, gap: complex, pressure: NDArray[Any]) -> tuple[NDArray[Any], ...]:
         """A, B [m^3], S, T [m] of every ring at its mean pressure."""
-        from reynolds.texture import mean_flow  # which loads the compiler; a thrust film is read from a file without
-
         _, depth, share = self._rings
         slip = 6 * self.mean_free_path * self.ambient_pressure / pressure
         A, B, S, T = getattr(mean_flow, "py_func", mean_flow)(gap, depth, share, slip)
@@ -235,8 +181,8 @@ class GasThrustBearing:
         return np.asarray(pumped - conductance * (outer**2 - inner**2) / self._step)
 
     def _supplied(self, pressure: float, supply: float) -> tuple[float, float]:
-        """What the orifices feed into the inner edge, as `_flows`, and its derivative after the pressure there."""
-        if self.feed is None:
+        """Mass flow that the orifices feed into the inner edge, as `_flows`, and its derivative after the pressure there."""
+        """Mass flow of the orifices into the inner edge, as `_flows`, and its derivative after the pressure there."""
             return 0.0, 0.0
         table = nozzle_coefficients(self.heat_capacity_ratio, self.gas_constant, self.temperature)
         plain = getattr(nozzle_table, "py_func", nozzle_table)(table, 0)

@@ -25,6 +25,7 @@ from reynolds import FilmError
 from reynolds.thrust import GasThrustBearing
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
 from rotorsim.base.units import TO_RPM, TO_UM
+from rotorsim.machine.gas_film import Gas, ThrustBearing
 from rotorsim.machine.schema import Machine
 
 NEAREST = 0.02
@@ -101,7 +102,16 @@ def thrust_films(machine: Machine) -> tuple[GasThrustBearing, ...]:
     [0.013, 0.013]
     """
     slip = sum(getattr(one, "mean_free_path", 0.0) for one in machine.effects.get("slip", ()))
-    return tuple(one.film(machine.gas, slip) for one in machine.thrust_bearings)
+    return tuple(_film(one, machine.gas, slip) for one in machine.thrust_bearings)
+
+
+def _film(one: ThrustBearing, gas: Gas, mean_free_path: float) -> GasThrustBearing:
+    """The film of a thrust bearing with a gas, and with its mean free path [m] where it slips."""
+    return GasThrustBearing(
+        0.5 * one.inner_diameter, 0.5 * one.outer_diameter, one.grooves, gas.mu, gas.ambient_pressure, gas.temperature,
+        gas.R, gas.kappa, mean_free_path=mean_free_path, inner_edge=one.inner_edge,
+        hub_radius=None if one.hub_diameter is None else 0.5 * one.hub_diameter, feed=one.feed,
+    )  # fmt: skip
 
 
 def axial_state(machine: Machine, speed: float, pressure: float = 0.0) -> AxialState:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from reynolds import sleeve as forms, thrust
+from reynolds import sleeve as forms
 from reynolds.injector import Injector as Nozzle
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import show
@@ -29,12 +29,18 @@ from rotorsim.machine.bearings import BearingPart, Support
 from rotorsim.machine.part import Part, part_of, quantity
 
 if TYPE_CHECKING:
-    from reynolds.sleeve import Foil as Foil, Grooves as Grooves, Lobes as Lobes, Steps as Steps
-    from reynolds.thrust import RingFeed as RingFeed, SpiralGrooves as SpiralGrooves
+    from reynolds.sleeve import (
+        Foil as Foil,
+        Grooves as Grooves,
+        Lobes as Lobes,
+        RingFeed as RingFeed,
+        SpiralGrooves as SpiralGrooves,
+        Steps as Steps,
+    )
 else:  # the same classes, which can also be read from a machine file
     Foil, Grooves, Lobes, Steps, RingFeed, SpiralGrooves = (
         part_of(form, __name__)
-        for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps, thrust.RingFeed, thrust.SpiralGrooves)
+        for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps, forms.RingFeed, forms.SpiralGrooves)
     )
 
 
@@ -285,14 +291,6 @@ class ThrustBearing(Part):
     def gap(self, displacement: float) -> float:
         """Gap [m] of a rotor displaced [m] towards +z."""
         return self.clearance + self.sign * displacement
-
-    def film(self, gas: Gas, mean_free_path: float = 0.0) -> thrust.GasThrustBearing:
-        """The film of a gas, and of a mean free path [m] where it slips."""
-        return thrust.GasThrustBearing(
-            0.5 * self.inner_diameter, 0.5 * self.outer_diameter, self.grooves, gas.mu, gas.ambient_pressure,
-            gas.temperature, gas.R, gas.kappa, mean_free_path=mean_free_path, inner_edge=self.inner_edge,
-            hub_radius=None if self.hub_diameter is None else 0.5 * self.hub_diameter, feed=self.feed,
-        )  # fmt: skip
 
     def problems(self) -> Iterator[tuple[str, str]]:
         """Its edges follow each other, the land leaves grooves, and only a fed edge has orifices."""
