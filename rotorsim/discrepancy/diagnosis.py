@@ -12,7 +12,7 @@ import numpy as np
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
-from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
+from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress, within
 from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
 from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
@@ -35,11 +35,10 @@ from rotorsim.discrepancy.data_vector import (
 )
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
-    FAINT_LAW,
+    NOT_IDENTIFIABLE,
     PRICE,
     ProposedLaw,
     after_choice,
-    at_two_places,
     candidate_laws,
     cannot_tell,
     discovered,
@@ -48,15 +47,19 @@ from rotorsim.discrepancy.discovery import (
     own_resonance,
     priced,
     remembered,
+    solved,
     with_rival,
 )
 from rotorsim.discrepancy.fit import (
     AS_FAR,
     MOST_REPEATS,
+    MOST_ROUNDS,
     NEAR,
     ONE_FAR,
+    STILL,
     ParameterFit,
     covariance,
+    fall,
     far_off_file,
     far_places,
     finished,
@@ -124,10 +127,11 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import by_chance, drift, random_force, repeating
+from rotorsim.discrepancy.stochastic import by_chance, repeating, what_does_not_repeat
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
+    MORE,
     SURE,
     TEMPERATURE,
     Explanation,
@@ -196,11 +200,6 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
-TWO_PLACES = (
-    "a law was looked for at all places; forces at two places, {}, are clearly better by the linear model than all of "
-    "them at one place, {}: no law is given; record each place by itself, or with a probe near it"
-)
-"""Note on forces at two places, which are not compiled into the plant."""
 WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a law explains them clearly better"
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
@@ -208,12 +207,6 @@ NO_PEACE = (
     "calibration does: whether nothing is missing stays open"
 )
 """Note on records that agree line by line alone."""
-NOT_IDENTIFIABLE = (
-    "a stiffness, damping, mass or delayed force at a place would make all records together agree better, and no group "
-    "of lines shows it: which of these it is, and where, is not identifiable from these records, in which an error of "
-    "the model's form is alike; measure at the places where such a force may act"
-)
-"""Note on a constant linear force that no group of lines shows."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -369,6 +362,21 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
     return kept, [sentence]
 
 
+def _priced(law: ProposedLaw) -> float:
+    """Sum of squares that a law leaves, and the price of its coefficients."""
+    return law.cost + PRICE * len(law.coefficients)
+
+
+def _most_probable(
+    best: Hypothesis | None, verdict: SearchVerdict, odds: Sequence[Explanation]
+) -> Hypothesis | None:  # fmt: skip
+    """The hypothesis with the largest probability among the one that a search accepts and all that were fitted."""
+    if best is None:
+        return None
+    fitted = [h for h in verdict.fitted if not h.failed and h.excess <= best.excess + MORE]
+    return max([best, *fitted], key=lambda h: (probability_of(h.keys, odds), -h.fit.cost))
+
+
 @dataclass(eq=False)
 class DiagnosisRun:
     """Run of a diagnosis: locate the misfit, calibrate, search, judge, report."""
@@ -511,18 +519,18 @@ class DiagnosisRun:
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
 
-        A law has to explain the records clearly better than the best effects of the catalogue, and is not looked for
-        where a group of lines shows a name, a tie or a calibration, unless the tie leaves open what is not in the
-        catalogue. A verdict that no group shows is not given where such a law is not borne out. What does not repeat is
-        the verdict only where nothing else is open, and else a note.
+        A law has to explain the records clearly better than the best effects of the catalogue, both next to a
+        calibration that has converged: one that has not makes any further term look good. It is not looked for where a
+        group of lines shows a name or a calibration. A verdict that no group shows is not given where such a law is not
+        borne out, nor peace where a constant force is there. What does not repeat is the verdict where nothing else is
+        open, and else a note.
         """
         if self.machine.film is not None:
             return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
-        left_open = status == "tie" and any(e.beyond and e.probability > EXCLUDED for e in judgement.odds)
-        if not (unanswered or faint or left_open or status == "no_disagreement"):
+        if not (unanswered or faint or status in ("tie", "no_disagreement")):
             return None
         if lacking:
             notes += [lacking] if unanswered else []
@@ -530,8 +538,8 @@ class DiagnosisRun:
         self.progress("discover")
         rival = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
         try:
+            base = self._converged(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
-            base = replace(base, J=seen["fit"].J)
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             found = self._discovered(base, flags, apart, seen, own, rival)
             if isinstance(found, Diagnosis):
@@ -539,29 +547,41 @@ class DiagnosisRun:
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
             if faint and found:
                 return self._without_name(base, judgement, notes)
-            if left_open or (faint and status != "no_disagreement"):
+            if status == "tie" or (faint and status != "no_disagreement"):
                 return None
-            force = drift(self.fitted, base) or random_force(seen["fit"])
+            force = what_does_not_repeat(self.fitted, base, seen["fit"])
         except NoAnswerError:
             return None
         if force is None:
-            return None
-        if status != "unknown" or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
+            constant = found is None and faint
+            return self._without_name(base, judgement, notes) if constant else None
+        refuted = bool(found) and status != "unknown"
+        if status == "partial" or refuted or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
             notes.append(NOT_REPEATED.format(force.sentence))
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
+    def _converged(self, base: ParameterFit) -> ParameterFit:
+        """A fit with the Jacobian at its own point, continued until the sum of squares no longer falls."""
+        for number in range(MOST_ROUNDS):
+            base = replace(base, J=self.fitted.jacobian(base.point, base.parameters))
+            if number == MOST_ROUNDS - 1 or fall(base) < STILL:
+                break
+            base = fit_parameters(self.fitted, base.point, base.parameters, base.J, base.residual, steps=2)
+        return base
+
     def _without_name(self, base: ParameterFit, judgement: Judgement, notes: list[str]) -> Diagnosis:
         """Diagnosis without a verdict that no group shows: a law is clearly better than it, but not borne out."""
         best, rivals = judgement.verdict.best, judgement.verdict.rivals
         names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
-        notes.append(WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE)
+        notes += [WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
         return self._result(base, [], withdrawn(judgement), None, notes)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
         """Observed places of the records of a role, about the calibration."""
-        return ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+        J = base.J if part is self.fitted else part.jacobian(base.point, base.parameters)
+        return ObservedPlaces.of(part, base, part.residual(base.point), J)
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
@@ -575,29 +595,19 @@ class DiagnosisRun:
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
         """
-        known = base.cost if rival is None else min(base.cost, priced(rival))
-        laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear:
+        laws = laws_of(seen["fit"], seen.get("held_out"), base)
+        law, known = laws[0], base.cost
+        if rival is not None and known - _priced(law) >= CLEAR:  # both stand next to a calibration that has converged
+            rival = replace(rival, fit=self._converged(rival.fit))
+            known = min(known, priced(rival))
+        if known - _priced(law) < CLEAR:
             return ""
-        if laws[0].constant and not (flags or own_resonance(laws[0], seen["fit"], base)):
+        if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
             return None
-        apart_from = at_two_places(laws[0], seen["fit"], seen.get("held_out"), base)
-        if apart_from is not None:
-            return TWO_PLACES.format(apart_from.names, laws[0].names)
-        if laws[0].remembers:
-            parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
-            left = remembered(parts, base, laws, known)
-            if left is None:
-                return NO_LAW.format(laws[0].names)
-            found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
-            gap = found.gap.copy(deep=True)
-            gap["gap"].values[:, :, 2] = np.concatenate(
-                [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
-            )
-            law = of_remembered(laws, known, law_places(self.machine)[laws[0].place])
-            return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
+        if law.remembers:
+            return self._of_memory(base, flags, seen, laws, known, notes)
         with candidate_laws(laws, self.models.twin) as forms:
-            models = CompiledModels.of(self.machine, {form.effect for form in forms})
+            models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
                           progress=lambda stage: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
@@ -607,14 +617,15 @@ class DiagnosisRun:
             judgement = own._judged(base, flags, verdict, search, 0.0)
             best, keys = judgement.verdict.best, {f.key for f in forms}
             odds = with_rival(judgement.odds, judgement.verdict.fitted, rival)
-            odds = after_choice(odds, [*keys], laws[0].tried)
+            odds = after_choice(odds, [*keys], law.tried)
+            best = _most_probable(best, judgement.verdict, odds)
             rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
                                               and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
             p = 0.0 if best is None else probability_of(best.keys, odds)
             sure = p + sum(probability_of((name,), odds) for name in rivals if name in keys) >= SURE
             borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
-            if best is None or not (borne_out and sure and known - priced(best) > clear):
-                return NO_LAW.format(laws[0].names)
+            if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
+                return NO_LAW.format(law.names)
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]
@@ -622,10 +633,40 @@ class DiagnosisRun:
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
             found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma)
+            law_found = discovered(
+                proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma
+            )
         return replace(
-            found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from, discovered=law
+            found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
+            discovered=law_found,
+        )  # fmt: skip
+
+    def _of_memory(
+        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], laws: Sequence[ProposedLaw],
+        known: float, notes: list[str],
+    ) -> Diagnosis | str:  # fmt: skip
+        """Diagnosis with the first of laws with a memory, by the linear model; a sentence where it is not borne out.
+
+        The plant cannot run it: the calibration moves as the law has it, and the law is solved once more from there.
+        """
+        law, before = laws[0], {role: part.residual(base.point) for role, part in self.parts.items()}
+        there = base.point.moved(base.parameters, within(base.parameters, base.vector + law.moved) - base.vector)
+        moved = replace(base, point=there, residual=self.fitted.residual(there),
+                        J=self.fitted.jacobian(there, base.parameters))  # fmt: skip
+        parts = {role: self._seen(part, moved) for role, part in self.parts.items()}
+        again = replace(solved(parts["fit"], parts.get("held_out"), moved, law.place, law.terms), tried=law.tried)
+        if again.cost > law.cost:
+            parts, again = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}, law
+        left = remembered(parts, before, [again, *laws[1:]], known)
+        if left is None:
+            return NO_LAW.format(law.names)
+        found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
+        gap = found.gap.copy(deep=True)
+        gap["gap"].values[:, :, 2] = np.concatenate(
+            [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
         )
+        discovered_law = of_remembered([again, *laws[1:]], known, law_places(self.machine)[law.place])
+        return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=discovered_law)
 
     def _as_exact_as_shown(self, best: Hypothesis) -> tuple[Hypothesis, list[str]]:
         """A borne-out hypothesis, fitted with the tolerance that the records show with it; a note where it is finer.
@@ -644,7 +685,8 @@ class DiagnosisRun:
         """This run with another tolerance of the model, and a fit under its floor."""
         parts = {role: part.with_tolerance(fit.point, tolerance) for role, part in self.parts.items()}
         whitened = replace(fit, residual=parts["fit"].residual(fit.point))
-        return replace(self, parts=parts), relinearised(parts["fit"], whitened, lambda: self.progress("show"))
+        run = replace(self, parts=parts)
+        return run, run._converged(whitened)
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float

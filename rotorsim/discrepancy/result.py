@@ -17,7 +17,7 @@ from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
-from rotorsim.discrepancy.discovery import DiscoveredLaw
+from rotorsim.discrepancy.discovery import NOT_IDENTIFIABLE, DiscoveredLaw
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
@@ -62,6 +62,14 @@ NOTHING_BEYOND = (
 UNDECIDED = (
     "Unknown: {count} groups of lines are beyond the floor; that nothing is missing has {share}, less than the "
     "{sure:.0f} % that it takes."
+)
+CONSTANT_FORCE = (
+    "Unknown: something is there that these records do not tell from stiffness and damping: no group of lines is "
+    "beyond the floor, but all together agree clearly better with a constant force at a place."
+)
+RECORD_ELSEWHERE = (
+    "Record with probes near the discs and supports where a force may act, at more speeds and with more excitation, "
+    "and diagnose again: a force that is late, a mass and a spring differ in what they do over the frequency."
 )
 RECALIBRATED = "re-calibrated"
 """Label of a bearing far from the machine file."""
@@ -262,6 +270,8 @@ class Diagnosis(Shown, Findings, Reported):
         """The verdict in one sentence."""
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return NOTHING_BEYOND
+        if self._constant_force:
+            return CONSTANT_FORCE
         effects = " with ".join(f.form for f in self.effects)
         alike = [key for found in self.effects for key in found.tie_class if key != found.form]
         rivals = [*alike, *(" with ".join(t) for t in self.ties)]
@@ -288,6 +298,11 @@ class Diagnosis(Shown, Findings, Reported):
         )
 
     @property
+    def _constant_force(self) -> bool:
+        """Whether the records show no more than a force that they do not tell from stiffness and damping."""
+        return self.status == "unknown" and NOT_IDENTIFIABLE in self.notes and not self.localisation
+
+    @property
     def _open(self) -> str:
         """Sentence on bearings whose stiffness these records leave open; empty for none."""
         return f" {LEFT_OPEN.format('; '.join(self.left_open))}" if self.left_open else ""
@@ -301,6 +316,8 @@ class Diagnosis(Shown, Findings, Reported):
             return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
         if self.contradiction and self.status in ("no_disagreement", "unknown", "partial"):
             return CORRECT
+        if self._constant_force:
+            return RECORD_ELSEWHERE
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
         refuted = "" if self.discovered is None else self.discovered.refuted_by
         step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
@@ -397,7 +414,8 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     if diagnosis.status == "recalibrated":
         out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in diagnosis.far_bearings]
     if (law := diagnosis.discovered) is not None:
-        out.append(LocatedEffect(" with ".join(law.kinds), "found", (place_at(machine, law.position),)))
+        at = {z: place_at(machine, z) for z in (*(z for _, z in law.places), law.position)}
+        out.append(LocatedEffect(" with ".join(law.kinds), "found", tuple(at.values())))
     if diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)
