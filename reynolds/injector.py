@@ -233,10 +233,12 @@ def _area_weights(grid: FilmGrid, injector: Injector, samples: int = 400) -> dic
     inside = s[:, None] ** 2 + s**2 <= radius**2
     line = np.rint((injector.angle * grid.radius + s) / grid.dy).astype(int) % grid.n_theta
     node = np.rint((injector.offset + grid.length / 2 + s) / grid.dz).astype(int)
-    first, wide = node.min(), int(np.ptp(node)) + 1  # one number for a pair of line and node
-    counts = np.bincount((line[:, None] * wide + (node - first))[inside])
+    lines, nodes = (np.flatnonzero(np.diff(one, prepend=one[0] - 1)) for one in (line, node))
+    counts = np.add.reduceat(np.add.reduceat(inside, nodes, axis=1, dtype=int), lines, axis=0)
     total = inside.sum()
-    return {(int(p // wide), int(p % wide + first)): float(counts[p]) / total for p in np.flatnonzero(counts)}
+    cells = sorted((int(line[i]), int(node[j]), float(n)) for i, row in zip(lines, counts, strict=True)
+                   for j, n in zip(nodes, row, strict=True) if n)  # fmt: skip
+    return {(i, j): n / total for i, j, n in cells}
 
 
 def _neighbours(grid: FilmGrid, i: int, j: int) -> list[tuple[tuple[int, int], float]]:

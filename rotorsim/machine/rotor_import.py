@@ -15,6 +15,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -103,6 +104,8 @@ def machine_of(rotor: AssembledRotor, name: str) -> Machine:
     return Machine.from_text(cast(Machine, checked_part(Machine, _bare(tables), "")).text)
 
 
+SPEEDS = {"frequency": "speed"}
+"""Names of a machine file for those of an element."""
 _HEADING = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*[\[(,/]?\s*(?P<unit>[^\])]*?)\s*[\])]?\s*")
 _UNITS = {"speed": "rad/s"} | {name: "N/m" if name[0] == "k" else "N*s/m" for name in COEFFICIENTS}
 
@@ -214,8 +217,6 @@ def _unsayable(rotor: AssembledRotor) -> Iterator[str]:
         if p.mx != p.my:
             yield f"point mass at node {p.n}: {p.mx:g} kg in x and {p.my:g} kg in y; give it one mass"
     for b in rotor.bearing_elements:
-        if b.whirl_frequency is not None:
-            yield f"bearing at node {b.n}: its table is over the whirl frequency; give it over the speed, synchronous"
         yield from _unsayable_link(rotor, b)
 
 
@@ -266,12 +267,17 @@ def _bearing(rotor: AssembledRotor, bearing: BearingElement) -> dict[str, Any]:
     if bearing.n_link is not None:
         common["support"] = _support(rotor, bearing.n_link)
     values = {name: np.atleast_1d(getattr(bearing, name)) for name in COEFFICIENTS}
-    if bearing.frequency is None:
+    if bearing.constant:
         return {"kind": "linear", **common, **{name: value[0] for name, value in values.items()}}
+    places = list(product(*bearing.axes))
+    shape = tuple(map(len, bearing.axes))
+    columns = {name: np.broadcast_to(value, shape).ravel() for name, value in values.items()}
+    names = [n for n in ("frequency", "whirl_frequency") if getattr(bearing, n) is not None]
     points = [
-        {"speed": speed, **{name: np.broadcast_to(value, len(bearing.axes[0]))[k] for name, value in values.items()}}
-        for k, speed in enumerate(bearing.axes[0])
-    ]
+        {"speed": 0.0} | {SPEEDS.get(n, n): v for n, v in zip(names, place, strict=True)}
+        | {name: column[k] for name, column in columns.items()}
+        for k, place in enumerate(places)
+    ]  # fmt: skip
     return {"kind": "table", **common, "points": points}
 
 

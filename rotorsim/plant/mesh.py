@@ -135,10 +135,12 @@ class Mesh:
             link = self._pedestals.get(number)
             if bearing.coefficients is None and not films:
                 continue
-            if bearing.coefficients is not None and (tables or not bearing.speeds.size):
-                bearings.append(self._bearing(bearing, *bearing.coefficients, link))
+            if tables and isinstance(bearing, TableBearing):
+                bearings.append(self._bearing(bearing, *bearing.table, link))
+            elif bearing.coefficients is not None and not bearing.speeds.size:
+                bearings.append(self._bearing(bearing, *bearing.coefficients, {}, link))
             elif link is not None or any(bearing.masses):
-                bearings.append(self._bearing(bearing, np.zeros((2, 2)), np.zeros((2, 2)), link))
+                bearings.append(self._bearing(bearing, np.zeros((2, 2)), np.zeros((2, 2)), {}, link))
             if link is not None and bearing.support is not None:
                 bearings.append(_ground(link, bearing.support))
                 masses.append(PointMass(link, m=bearing.support.mass))
@@ -184,14 +186,21 @@ class Mesh:
         material = Material("shaft", own.density, own.youngs_modulus, Poisson=own.poisson_ratio)
         return ShaftElement(L, idl, odl, idr, odr, material=material, n=n, **more)
 
-    def _bearing(self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, link: int | None) -> BearingElement:
-        """A bearing with stiffness and damping (2, 2), or of each of its speeds (points, 2, 2)."""
+    def _bearing(
+        self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, axes: dict[str, np.ndarray], link: int | None
+    ) -> BearingElement:
+        """A bearing with stiffness and damping (2, 2), or of each point of its axes (..., 2, 2)."""
         mxx, myy = bearing.masses
         return BearingElement(
             self.node(bearing.position), K[..., 0, 0], C[..., 0, 0], K[..., 1, 1], K[..., 0, 1], K[..., 1, 0],
-            C[..., 1, 1], C[..., 0, 1], C[..., 1, 0],
-            frequency=bearing.speeds if K.ndim > 2 else None, n_link=link, extrapolate="hold", mxx=mxx, myy=myy,
+            C[..., 1, 1], C[..., 0, 1], C[..., 1, 0], n_link=link, extrapolate="hold", mxx=mxx, myy=myy, **axes,
         )  # fmt: skip
+
+    @cached_property
+    def whirling(self) -> dict[int, TableBearing]:
+        """Bearings whose tables are over the whirl frequency too, by index."""
+        found = enumerate(self.machine.bearings)
+        return {i: b for i, b in found if isinstance(b, TableBearing) and b.whirl.size}
 
     @cached_property
     def tables(self) -> Tables:
