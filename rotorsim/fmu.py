@@ -56,6 +56,7 @@ def export(
     pressure: float | None = None,
     announce: Callable[[str], None] | None = None,
     name: str | None = None,
+    source: bool = False,
 ) -> dict[int, Path]:
     """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
 
@@ -78,6 +79,8 @@ def export(
         Given a sentence before kernels are compiled.
     name : str, optional
         Name of the model and of its libraries, an identifier; by default that of the subject and of its kind.
+    source : bool
+        Put the unit's sources next to its binaries.
 
     Returns
     -------
@@ -96,7 +99,7 @@ def export(
     """
     chosen = _export.versions(",".join(map(str, fmi)))
     unit = _export.named(unit_of(subject, speed, pressure), name)
-    return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce)
+    return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce, source)
 
 
 def law_code(

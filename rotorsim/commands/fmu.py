@@ -84,6 +84,7 @@ def export(
         str | None,
         typer.Option(help="Name of the model and its libraries.", show_default="that of the subject and of its kind"),
     ] = None,
+    source: Annotated[bool, typer.Option("--source", help="Put the unit's sources next to its binaries.")] = False,
     settings: PlantOptions,
     force: Force = False,
     as_json: AsJson = False,
@@ -103,17 +104,20 @@ def export(
         _write_code(law, name, out, precision, force, as_json)
         return
     from fmu.export import choose, export as write, file_names, named, versions
+    from fmu.importer import info as facts
 
     out = out or Path("rotor.fmu")
     chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
         made = _unit_of(plant, law, Path(model), start)
-        paths = write(named(made, name), out, chosen, platforms, unit.cpu, partial(typer.echo, err=True))
+        announce = partial(typer.echo, err=True)
+        paths = write(named(made, name), out, chosen, platforms, unit.cpu, announce, source)
     if as_json:
         print_json({f"fmi{v}": str(p) for v, p in paths.items()})
         return
     for path in paths.values():
-        typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
+        needs = f", needs {facts(path)['needs']}" if "needs" in facts(path) else ""
+        typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB{needs}; try 'rotorsim fmu check {path}'")
 
 
 def _write_code(law: Path, name: str | None, out: Path | None, precision: str, force: bool, as_json: bool) -> None:
