@@ -181,8 +181,8 @@ class GasThrustBearing:
         return np.asarray(pumped - conductance * (outer**2 - inner**2) / self._step)
 
     def _supplied(self, pressure: float, supply: float) -> tuple[float, float]:
-        """Mass flow that the orifices feed into the inner edge, as `_flows`, and its derivative after the pressure there."""
         """Mass flow of the orifices into the inner edge, as `_flows`, and its derivative after the pressure there."""
+        if self.feed is None:
             return 0.0, 0.0
         table = nozzle_coefficients(self.heat_capacity_ratio, self.gas_constant, self.temperature)
         plain = getattr(nozzle_table, "py_func", nozzle_table)(table, 0)
