@@ -461,7 +461,7 @@ def _turning(g: ColumnGuess, guesses: Sequence[ColumnGuess], shaft: np.ndarray, 
     if not np.isfinite(v).all() or v.size < FEWEST:
         return replace(g, kind="", why="it is no angle in every sample")
     speeds = [o for o in guesses if o.kind == "speed" and o.unit and np.isfinite(o.column.values).all()]
-    if not np.isfinite(shaft).all() and speeds:
+    if speeds:  # the strongest line of a sweep may be a resonance
         turning = np.abs(speeds[0].column.values) * FACTORS["rad/s"][speeds[0].unit] / (2 * np.pi)
         shaft = np.array([np.mean(part) for part in np.array_split(turning, PARTS)])
     edges = np.linspace(0, v.size - 1, PARTS + 1).round().astype(int)
