@@ -53,13 +53,10 @@ from rotorsim.discrepancy.discovery import (
 from rotorsim.discrepancy.fit import (
     AS_FAR,
     MOST_REPEATS,
-    MOST_ROUNDS,
     NEAR,
     ONE_FAR,
-    STILL,
     ParameterFit,
     covariance,
-    fall,
     far_off_file,
     far_places,
     finished,
@@ -538,7 +535,7 @@ class DiagnosisRun:
         self.progress("discover")
         rival = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
         try:
-            base = self._converged(base)
+            base = finished(self.fitted, base, central=False)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             found = self._discovered(base, flags, apart, seen, own, rival)
@@ -561,15 +558,6 @@ class DiagnosisRun:
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
-
-    def _converged(self, base: ParameterFit) -> ParameterFit:
-        """A fit with the Jacobian at its own point, continued until the sum of squares no longer falls."""
-        for number in range(MOST_ROUNDS):
-            base = replace(base, J=self.fitted.jacobian(base.point, base.parameters))
-            if number == MOST_ROUNDS - 1 or fall(base) < STILL:
-                break
-            base = fit_parameters(self.fitted, base.point, base.parameters, base.J, base.residual, steps=2)
-        return base
 
     def _without_name(self, base: ParameterFit, judgement: Judgement, notes: list[str]) -> Diagnosis:
         """Diagnosis without a verdict that no group shows: a law is clearly better than it, but not borne out."""
@@ -598,7 +586,7 @@ class DiagnosisRun:
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
         law, known = laws[0], base.cost
         if rival is not None and known - _priced(law) >= CLEAR:  # both stand next to a calibration that has converged
-            rival = replace(rival, fit=self._converged(rival.fit))
+            rival = replace(rival, fit=finished(self.fitted, rival.fit, central=False))
             known = min(known, priced(rival))
         if known - _priced(law) < CLEAR:
             return ""
@@ -685,8 +673,7 @@ class DiagnosisRun:
         """This run with another tolerance of the model, and a fit under its floor."""
         parts = {role: part.with_tolerance(fit.point, tolerance) for role, part in self.parts.items()}
         whitened = replace(fit, residual=parts["fit"].residual(fit.point))
-        run = replace(self, parts=parts)
-        return run, run._converged(whitened)
+        return replace(self, parts=parts), relinearised(parts["fit"], whitened, lambda: self.progress("show"))
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
@@ -881,7 +868,8 @@ class DiagnosisRun:
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
             unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
-        stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, None if best is None else best.fit.point]
+        shown_at = None if best is None else best.fit.point if self.laws is None else proven.point
+        stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, shown_at]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
@@ -980,7 +968,8 @@ class DiagnosisRun:
     ) -> tuple[ParameterFit, np.ndarray]:
         """Fit whose numbers are reported, converged from `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
-        done = finished(comparison, proven, lambda: self.progress("show"))
+        # a law is fitted to linear bearings alone, where both sides are alike
+        done = finished(comparison, proven, lambda: self.progress("show"), central=self.laws is None)
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
     def _proven(self, fit: ParameterFit) -> tuple[TwinComparison, ParameterFit]:

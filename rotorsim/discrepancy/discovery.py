@@ -521,6 +521,12 @@ def force_of(law: ProposedLaw, m: PlaceMotion) -> np.ndarray:
     return force
 
 
+def fed_power(law: ProposedLaw, m: PlaceMotion) -> float:
+    """Mean power [W] that a law without a memory feeds into a motion; negative where it takes it."""
+    work = force_of(law, m) * m.velocity
+    return 0.0 if abs(work.sum()) < ALIKE * np.abs(work).sum() else float(np.mean(np.sum(work, axis=0)))
+
+
 def spread_of(law: ProposedLaw, m: PlaceMotion, sd: Mapping[str, float]) -> np.ndarray:
     """Standard deviation (2, n) [N] of a force without a memory by those of the law's numbers, taken one by one."""
     keys, c = [key for one in law.terms for key in one.parameters], law.coefficients
@@ -577,10 +583,8 @@ def discovered(
         part = fitted.part_at(place)
         largest = max(seen.motions[place], key=lambda m: float(np.abs(m.displacement).max()))
         twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
-        force = force_of(part, largest)
-        work = force * largest.velocity
-        powers.append(0.0 if abs(work.sum()) < ALIKE * np.abs(work).sum() else float(np.mean(np.sum(work, axis=0))))
-        growth = growth or float(np.linalg.norm(force_of(part, twice)) / np.linalg.norm(force))
+        powers.append(fed_power(part, largest))
+        growth = growth or float(np.linalg.norm(force_of(part, twice)) / np.linalg.norm(force_of(part, largest)))
     return DiscoveredLaw(
         name, first, at[first], text.split('"""')[1], terms, units_of(proposal), proposal.forms, text,
         str(path), probability, tuple(near), tuple((place, at[place]) for place in _places_of(proposal)), growth,

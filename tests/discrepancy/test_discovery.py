@@ -1,12 +1,13 @@
 """Laws discovered from data: terms and their kernels, records that cannot tell a law, what does not repeat."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import CompiledModels, FitParameter, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
@@ -17,11 +18,13 @@ from rotorsim.discrepancy.discovery import (
     NOT_PERIODIC,
     ONE_AMPLITUDE,
     ONE_SPEED,
+    DiscoveredLaw,
     LawTerm,
     ProposedLaw,
     candidate_laws,
     cannot_tell,
     extended,
+    fed_power,
     laws_of,
     load,
     named,
@@ -77,6 +80,29 @@ def test_a_hidden_mass_far_above_its_resonance_is_at_rest_and_far_below_moves_wi
     assert own is not None
     low, high = (own(np.array([w]), 100.0, 1e-5)[0] for w in (1.0, 1e4))
     assert low == pytest.approx(-1.0, rel=1e-3) and high == pytest.approx(100.0**2, rel=0.05)
+
+
+@pytest.mark.parametrize("name", TERMS)
+def test_a_term_whose_unit_makes_no_force_is_refused(name):
+    """Each term of the library has the unit that its parts ask for, and no other one."""
+    term = TERMS[name]
+    with pytest.raises(DataError) as refused:
+        replace(term, unit=f"{term.unit}*s")
+    assert (refused.value.argument, refused.value.value) == ("unit", f"{term.unit}*s")
+
+
+@pytest.mark.parametrize(("name", "watt"), [("damping", -0.5 * 3.0**2 * 2e-10 * 50.0**2), ("swirl", 3.0 * 2e-10 * 50.0),
+                                            ("stiffness", 0.0)])  # fmt: skip
+def test_a_law_states_the_power_that_it_feeds_into_a_motion(name, watt):
+    """A forward orbit of radius a: damping takes c a^2 omega^2, a swirl feeds k a^2 omega, a spring does neither."""
+    turn = 2 * np.pi * 5 * np.arange(256) / 256
+    orbit = np.sqrt(2e-10) * np.array([np.cos(turn), np.sin(turn)])
+    m = replace(motion(orbit), velocity=50.0 * np.sqrt(2e-10) * np.array([-np.sin(turn), np.cos(turn)]))
+    size = 0.5 * 3.0**2 if name == "damping" else 3.0
+    law = ProposedLaw("disc 1", (LawTerm(TERMS[name], one=True),), np.array([size]), 0, 0, 0, np.zeros(0), np.zeros(1))
+    assert fed_power(law, m) == pytest.approx(watt, rel=1e-9, abs=1e-18)
+    told = DiscoveredLaw("", "disc 1", 0.1, "", {}, {}, (name,), "", "", 1.0, growth=2.0, power=fed_power(law, m))
+    assert told.refuted_by.startswith("it feeds") == (watt > 0)
 
 
 @pytest.mark.parametrize("name", [term.name for term in LIBRARY if term.memory is None])
@@ -436,7 +462,7 @@ def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, force=
     run = DiagnosisRun(SimpleNamespace(film=None), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
                        lambda stage: None)  # fmt: skip
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
-    monkeypatch.setattr(run, "_converged", lambda fit: fit)
+    monkeypatch.setattr(f"{room}.finished", lambda comparison, fit, central: fit)
     monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
     monkeypatch.setattr(run, "_result", lambda base, flags, judgement, search, notes: Stated(judgement=judgement))
     odds = (Explanation(BOW, False, 1.0, 1e-3, True, 0.96), Explanation((), False, 1.0, 1e-3, True, 0.04))
