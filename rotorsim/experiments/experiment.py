@@ -177,6 +177,10 @@ class Experiment(ABC):
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) from sample `first` on, as `Simulation.advance` takes them."""
 
+    def base_motion(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement [m] and velocity [m/s] (n, 2) of the base at times (n,) [s]."""
+        return np.zeros((len(time), 2)), np.zeros((len(time), 2))
+
     def end(self, speed: np.ndarray) -> int | None:
         """Samples to keep of a stretch with these true speeds (n,) [rad/s] if the experiment ends in it."""
         return None

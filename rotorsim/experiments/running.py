@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -36,7 +36,6 @@ from rotorsim.plant.validity import beyond, choked_share
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.experiments.catalogue.shock import Shock
     from rotorsim.machine import Machine
     from rotorsim.plant.controller import Controller
 
@@ -358,10 +357,16 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     if experiment.shakes:
         check_shaken(plant.machine)
         simulation.shake_base()
+    simulation.torques = self_acting(plant.machine)
     check_begin(simulation)
     if (controller := getattr(experiment, "controller", None)) is not None:
         call(controller, "check_machine", plant.machine.name)
     return simulation
+
+
+def self_acting(machine: Machine) -> bool:
+    """Whether films without a supply carry a shaft that has sleeves to rest on: friction is what is asked for then."""
+    return bool(machine.films) and not machine.fed and "contact" in machine.effects
 
 
 def check_shaken(machine: Machine) -> None:
@@ -386,7 +391,7 @@ def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) ->
         table, used, failure = _advance(simulation, loop, rows)
         time, values = _values(simulation, first, table, used, None if loop is None else rows)
         if experiment.shakes:
-            values |= _of_base(simulation.assembly, cast("Shock", experiment), time, values)
+            values |= _of_base(simulation.assembly, experiment, time, values)
         last = None if failure else experiment.end(values["speed"])
         limit = passed(simulation.assembly, table)
         if limit is not None and (last is None or limit[0] < last):
@@ -434,7 +439,7 @@ def _values(
     return (first + np.arange(n)) * simulation.assembly.sampling_time, values
 
 
-def _of_base(a: Assembly, experiment: Shock, time: np.ndarray, values: Values) -> Values:
+def _of_base(a: Assembly, experiment: Experiment, time: np.ndarray, values: Values) -> Values:
     """The base's acceleration, no force on the disc, and readings of probes with the motion of the base."""
     found = {"base_acceleration": values["disc_force"], "disc_force": np.zeros_like(values["disc_force"])}
     if a.machine.probes:
