@@ -114,6 +114,7 @@ VARIABLES = {
     "h_min": Variable((), "m", "smallest film thickness"),
     "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
     "contact": Variable((), "1", "journal touches the sleeve"),
+    "friction_torque": Variable((), "N*m", "torque of friction in films and contacts"),
 }
 """Variables of a record by name."""
 PINS = tuple(name for name, known in VARIABLES.items() if known.dims == ("injector",))

@@ -357,10 +357,16 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     if experiment.shakes:
         check_shaken(plant.machine)
         simulation.shake_base()
+    simulation.torques = self_acting(plant.machine)
     check_begin(simulation)
     if (controller := getattr(experiment, "controller", None)) is not None:
         call(controller, "check_machine", plant.machine.name)
     return simulation
+
+
+def self_acting(machine: Machine) -> bool:
+    """Whether films without a supply carry a shaft that has sleeves to rest on: friction is what is asked for then."""
+    return bool(machine.films) and not machine.fed and "contact" in machine.effects
 
 
 def check_shaken(machine: Machine) -> None:

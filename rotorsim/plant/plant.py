@@ -46,6 +46,7 @@ from rotorsim.plant.kernels.layout import (
 )
 from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import Equilibrium, Simulation, describe, settle, split_columns
+from rotorsim.plant.synchronous_orbit import start_on_orbit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -166,8 +167,6 @@ class Plant(Shown):
         if not 0 <= seed < 2**53 or seed != int(seed):
             raise DataError(f"seed = {seed}: give a whole number from 0 to 2^53 - 1")
         if begin == "orbit":
-            from rotorsim.plant.synchronous_orbit import start_on_orbit
-
             return start_on_orbit(self.assembly, *point(speed, pressure), seed)
         return Simulation.at_equilibrium(self.assembly, *point(speed, pressure), seed)
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from identification.readers.csv import read_csv
 from rotorsim.base.errors import DataError, ReadError
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import PointExperiment, begin, pair, param, register
@@ -110,10 +111,8 @@ class Shock(PointExperiment):
     @classmethod
     def findings(cls, record: xr.Dataset) -> dict[str, Any]:
         """Change of the base's velocity [m/s] and its largest acceleration over a sample [m/s^2], along x and y."""
-        from identification.records.sampling import nominal_rate
-
-        a = record["base_acceleration"].values
-        change = a.sum(axis=0) / nominal_rate(record["time"].values)
+        a, time = record["base_acceleration"].values, record["time"].values
+        change = a.sum(axis=0) * (time[-1] - time[0]) / (len(time) - 1)
         return {"base": {"velocity_m_s": change.tolist(), "peak_m_s2": np.abs(a).max(axis=0).tolist()}}
 
     @classmethod
@@ -133,8 +132,6 @@ HALF_SINE = ("peak", "width", "angle")
 
 def read_history(path: str | Path) -> np.ndarray:
     """Rows (n, 3) of a CSV file with the columns time, x and y, each with its unit; raises DataError."""
-    from identification.readers.csv import read_csv
-
     try:
         columns = {column.name.lower(): column for column in read_csv(Path(path)).columns}
     except (ReadError, OSError) as error:
