@@ -36,6 +36,7 @@ from rotorsim.machine.rotor import (
     Section,
     Shaft,
     ShaftMaterial,
+    ShaftMode,
     ShaftProbe,
 )
 from rotorsim.machine.rotor_import import bearing_points, from_ross
@@ -65,6 +66,7 @@ __all__ = [
     "Section",
     "Shaft",
     "ShaftMaterial",
+    "ShaftMode",
     "ShaftProbe",
     "Solver",
     "Steps",
