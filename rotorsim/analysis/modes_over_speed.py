@@ -154,11 +154,12 @@ def own_frequency(plant: Plant, model: LinearPlant, modes: Modes) -> Modes | Non
         modes = found.take(np.argsort(np.abs(found.values - modes.values.mean()))[: len(modes.values)])
         size = np.abs(modes.values)
         if np.ptp(size) > EQUAL * before:
-            parts = [own_frequency(plant, model, modes.take([k])) for k in range(len(size))]
-            if any(part is None for part in parts):
+            every = (own_frequency(plant, model, modes.take([k])) for k in range(len(size)))
+            parts = [part for part in every if part is not None]
+            if len(parts) < len(size):
                 return None
-            return Modes(*(np.concatenate([getattr(part, name) for part in parts], axis=-1)
-                           for name in ("values", "right", "left")))  # fmt: skip
+            right, left = (np.hstack([getattr(part, side) for part in parts]) for side in ("right", "left"))
+            return Modes(np.concatenate([part.values for part in parts]), right, left)
         if abs(size.mean() - before) < SETTLED * before:
             return modes
     return None

@@ -90,7 +90,10 @@ RULES = {
         "ISO 20816-3 (before: ISO 7919-3), 120 to 30000 rpm and above 15 kW",
         "Scope read from the title page; limits as commonly cited, the table could not be verified here.",
     ),
-    "sensitivity": Rule("largest sensitivity below 3, 4, 5: zones A, B, C", "ISO 14839-3", PUBLIC),
+    "sensitivity": Rule(
+        "largest sensitivity below 3, 4, 5: zones A, B, C; here of both axes at once, no less than that of each one",
+        "ISO 14839-3", PUBLIC,
+    ),
     "onset": Rule("every mode is damped up to the highest speed", "no standard: a rule of this program", ""),
 }  # fmt: skip
 

@@ -39,6 +39,7 @@ from rotorsim.machine.rotor import (
     Section,
     Shaft,
     ShaftMaterial,
+    ShaftMode,
     ShaftProbe,
 )
 from rotorsim.machine.rotor_import import bearing_points, from_ross
@@ -69,6 +70,7 @@ __all__ = [
     "Section",
     "Shaft",
     "ShaftMaterial",
+    "ShaftMode",
     "ShaftProbe",
     "Solver",
     "SpiralGrooves",

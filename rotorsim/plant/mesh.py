@@ -227,7 +227,7 @@ class Mesh:
         loads = self._bearing_loads if self.other_bearings else None
         if loads is not None:
             modes = min(modes, 2 * len(self.nodes) + len(machine.supported) - loads.shape[1])
-        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratio, loads)
+        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratios, loads)
         own = reduced.frequencies.reshape(2, -1)[:, :modes]  # the deflections of the loads follow, and are no modes
         if own.min() < 1e-4 * own.max():
             pushed = min(section.axial_force or 0.0 for section in machine.shaft.sections)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import pi, sqrt
 
+import control
 import numpy as np
 import pytest
 
@@ -17,7 +18,11 @@ from rotorsim.analysis.design_review import (
     margin_of,
     static_loads,
 )
+from rotorsim.commands.report import _sensitivity as sensitivity_of
+from rotorsim.control.sampled_loop import law_system
+from rotorsim.live.laws import SHIPPED
 from rotorsim.report.machine_sketch import machine_drawing
+from rotorsim.verify.closed_loop import full_plant, pins
 
 RPM = pi / 30
 
@@ -197,3 +202,19 @@ def test_the_drawing_shows_a_cone_with_both_its_diameters():
     (shaft,) = [trace for trace in machine_drawing(built).data if trace.name == "shaft"]
     heights = {round(abs(y), 9) for y in shaft.y if y is not None}
     assert {round(500 * left, 9), round(500 * right, 9)} <= heights and left != right
+
+
+def test_the_sensitivity_of_the_shipped_law_is_that_of_python_control_and_an_unstable_loop_has_none(tmp_path):
+    """ISO 14839-3 on the sampled loop of 290 states; a law with a hundredfold gain drives the rotor away."""
+    plant, path, at = rs.Plant("dtu_gas_bearing"), SHIPPED / "hinf.json", (3000 * RPM, 0.5e6)
+    law = rs.load_law(path)
+    systems = full_plant(plant, *at, pins(plant)), law_system(law, *at)
+    G, K = (control.ss(s.A, s.B, s.C, s.D, law.Ts) for s in systems)
+    S = control.feedback(control.ss([], [], [], np.eye(2), law.Ts), G * K, sign=1)
+    z = np.exp(2j * pi * np.geomspace(0.5, 2400.0, 1500) * law.Ts)
+    largest = np.linalg.svd(np.moveaxis(S(z), -1, 0), compute_uv=False).max()
+    assert sensitivity_of(plant, path, (100.0, at[0]), at[1]) == pytest.approx(largest, rel=1e-4)
+    loud = replace(law, C=100 * law.C, D=100 * law.D)
+    loud.save(tmp_path / "loud.json")
+    worst = sensitivity_of(plant, tmp_path / "loud.json", (100.0, at[0]), at[1])
+    assert worst == np.inf and standards.sensitivity_zone(worst) == "D"

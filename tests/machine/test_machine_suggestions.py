@@ -19,7 +19,8 @@ PARTS = [
 ]  # fmt: skip
 HOMES = {
     "ShaftMaterial": "shaft.material", "Section": "shaft.sections.0", "ShaftPiece": "shaft.sections.0",
-    "Layer": "shaft.layers.0", "Shaft": "shaft", "Disc": "discs.0", "LumpedMass": "point_masses.0",
+    "Layer": "shaft.layers.0", "Shaft": "shaft", "ShaftMode": "shaft.modes.0",
+    "Disc": "discs.0", "LumpedMass": "point_masses.0",
     "LinearBearing": "bearings.0", "BearingCoefficients": "bearings.0", "BearingPart": "bearings.0",
     "BearingMass": "bearings.0",
     "Support": "bearings.0.support",
