@@ -25,7 +25,14 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
+from rotorsim.discrepancy.data_vector import (
+    TOLERANCE,
+    own_scatter,
+    scatter_of_repeats,
+    unknown_sources,
+    without_hum,
+    without_probe_drift,
+)
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
@@ -123,12 +130,14 @@ from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
     MORE,
     SURE,
+    TEMPERATURE,
     Explanation,
     SearchVerdict,
     explanation_odds,
     joined_classes,
     judge,
     probability_of,
+    with_more,
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -391,6 +400,8 @@ class DiagnosisRun:
     """Hypotheses that were fitted."""
     growing: str = field(default="", init=False)
     """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
+    contradiction: str = field(default="", init=False)
+    """Sentence on a stated accuracy that contradicts the records."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
@@ -446,9 +457,14 @@ class DiagnosisRun:
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
         if self.late is not None and judgement.verdict.status in ("unknown", "partial") and not self._acts_late():
             check_late(self.parts.values(), self.late)
-        accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
+        accuracy = max(t.accuracy for t in self.fitted.trials)
+        scatter = max(own_scatter(self.fitted.trials, blocks), scatter_of_repeats(self.fitted.trials))
         answered = judgement.verdict.status not in ("unknown", "partial")
-        notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
+        best = base if judgement.verdict.best is None else judgement.verdict.best.fit
+        others = [f for part in self.parts.values() if part is not self.fitted
+                  for f in table(part, part.residual(best.point))]  # fmt: skip
+        self.contradiction = next(iter(accuracy_notes(accuracy, scatter, [*groups, *apart, *others], answered)), "")
+        notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
         if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
@@ -708,8 +724,45 @@ class DiagnosisRun:
                 astray,
                 self.growing,
                 self.unclear,
+                bool(flags),
+                self._faint(base),
             )
         )
+
+    def _faint(self, base: ParameterFit) -> tuple[Hypothesis, ...]:
+        """Single effects below what a name takes that are alike, the best first: all records agree with each of them.
+
+        None where late probes explain the records better.
+        """
+        if self.laws is not None or (self.late is not None and not self._acts_late()):
+            return ()
+        able = (h for h in self.tried if not h.failed and len(h.forms) == 1)
+        best: dict[tuple[str, ...], Hypothesis] = {}
+        for h in sorted(able, key=lambda h: h.fit.cost):
+            best.setdefault(h.keys, h)
+        alike = [h for h in best.values() if h.fit.cost < next(iter(best.values())).fit.cost + AS_FAR]
+        alike = [h for h in alike if self._agrees(h.fit, base)]
+        clear = alike and self._unfitted(base) - self._unfitted(alike[0].fit) > -2 * TEMPERATURE * np.log(1 - SURE)
+        return tuple(alike) if clear else ()
+
+    def _unfitted(self, fit: ParameterFit) -> float:
+        """Sum of squares of the vibration at points that were not fitted, with the numbers of a fit."""
+        others = (part for role, part in self.parts.items() if role != "fit")
+        return sum(float(np.sum(part.residual(fit.point)[part.layout.frequency > 0] ** 2)) for part in others)
+
+    def _agrees(self, fit: ParameterFit, base: ParameterFit) -> bool:
+        """Whether no group of lines is beyond its floor with a fit, alone or with all others, and it is believed.
+
+        A number at a limit, where the calibration alone has it too, speaks neither for the effect nor against it.
+        """
+        if set(strained(fit)) - set(strained(base)):
+            return False
+        left = {role: part.residual(fit.point) for role, part in self.parts.items()}
+        groups = [f for role, part in self.parts.items() for f in table(part, left[role])]
+        worse = "untouched" in left and worse_than(
+            self.parts["untouched"], self.parts["untouched"].residual(ParameterPoint()), left["untouched"]
+        )
+        return not (worse or seen_together(groups) or any(f.group != "slow" for f in flagged(groups)))
 
     def _large(
         self, fits: Sequence[tuple[str, ParameterFit]], V: np.ndarray | None = None
@@ -751,7 +804,7 @@ class DiagnosisRun:
         fits = sorted((h for h in self.tried if not h.failed and len(h.forms) == 1), key=lambda h: h.fit.cost)
         if not fits or base.cost - fits[0].fit.cost < FAINT_HINT:
             return []
-        names = " or ".join(h.keys[0] for h in fits if h.fit.cost < fits[0].fit.cost + AS_FAR)
+        names = " or ".join(dict.fromkeys(h.keys[0] for h in fits if h.fit.cost < fits[0].fit.cost + AS_FAR))
         return [HINT.format(names=names, fall=base.cost - fits[0].fit.cost, least=CLEAR)]
 
     def _name(
@@ -768,7 +821,9 @@ class DiagnosisRun:
             return quiet, search
         verdict = judge(search)
         self.tried = verdict.fitted
-        return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
+        return (
+            verdict if flags or verdict.status in ("named", "tie") else replace(quiet, tried=verdict.fitted)
+        ), search
 
     def _search(self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]) -> EffectSearch:
         raw: dict[str, np.ndarray] = {}
@@ -853,6 +908,8 @@ class DiagnosisRun:
             far_bearings=self.far_bearings,
             left=judgement.left,
             worse=judgement.worse,
+            reason=judgement.reason,
+            contradiction=self.contradiction,
         )
 
     def _odds(
@@ -861,9 +918,14 @@ class DiagnosisRun:
         """Probabilities of the explanations; none where their evidence has no number."""
         excess_of_unsteady = sum(f.excess for f in flags if f.group == UNSTEADY)
         try:
-            return explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
+            odds = explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
         except NoAnswerError:
             return ()
+        tried = {h.keys: h.fit for h in sorted(self.tried, key=lambda h: -h.fit.cost) if not h.failed}
+        if flags or not tried or self.laws is not None:
+            return odds
+        before = self._unfitted(base)
+        return with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
 
     def _planner(
         self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, odds: tuple[Explanation, ...]

@@ -42,6 +42,8 @@ WITHIN_FORM = (
     "the error of the model's form."
 )
 LEFT_OPEN = "These records leave open whether a bearing is far from its file: {}."
+CONTRADICTION = "One statement contradicts the data: {}."
+CORRECT = "Check the accuracy that is stated, correct it, and diagnose again: the verdict depends on it."
 RECORD_MORE = (
     "Use the re-calibrated machine file for what these records show; to know those bearings better, record speeds at "
     "which they move more, nearer to a critical speed."
@@ -170,6 +172,10 @@ class Diagnosis(Shown, Findings, Reported):
     """Numbers of the bearings that those sentences are about."""
     left: int = 0
     """Number of groups of lines beyond the floor at points that were not fitted."""
+    reason: str = ""
+    """Sentence on what refutes that nothing is missing where no group of lines is beyond its floor."""
+    contradiction: str = ""
+    """Sentence on a stated accuracy that contradicts the records."""
     discovered: DiscoveredLaw | None = None
     """The law that the records show and no effect of the catalogue is."""
     stochastic: StochasticForce | None = None
@@ -255,6 +261,12 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def sentence(self) -> str:
+        """The verdict in one sentence, and one on a stated accuracy that contradicts the records."""
+        more = f" {CONTRADICTION.format(self.contradiction)}" if self.contradiction else ""
+        return self._verdict + more
+
+    @property
+    def _verdict(self) -> str:
         """The verdict in one sentence."""
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return NOTHING_BEYOND
@@ -277,6 +289,8 @@ class Diagnosis(Shown, Findings, Reported):
             least = 100 * (SURE if self.localisation else LEAST_NOTHING)
             if 100 * nothing < least:
                 return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
+        if self.status == "unknown" and self.reason:
+            return f"Unknown: {self.reason}."
         law = "" if self.discovered is None else self.discovered.sentence
         force = "" if self.stochastic is None else self.stochastic.sentence
         return self.texts.sentence.format(
@@ -300,6 +314,8 @@ class Diagnosis(Shown, Findings, Reported):
             return self.planned.sentence
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
+        if self.contradiction and self.status in ("no_disagreement", "unknown", "partial"):
+            return CORRECT
         if self._constant_force:
             return RECORD_ELSEWHERE
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
