@@ -172,7 +172,7 @@ def rest_on_sleeves(a: Assembly, speed: float, pressure: float) -> np.ndarray | 
 
     A film without speed and supply has ambient pressure everywhere, so contact carries what bearings do not.
     """
-    carrying = any(e.stiffness > 0 for e in a.machine.effects.get("contact", ()))
+    carrying = any(getattr(e, "stiffness", 0.0) > 0 for e in a.machine.effects.get("contact", ()))
     if speed != 0 or (pressure != 0 and a.machine.fed) or not a.films or not carrying:
         return None
     w = at_cache_line(a.w.size)

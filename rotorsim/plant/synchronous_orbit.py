@@ -8,18 +8,20 @@ follow their journals within a turn: the changes are read off the rotor, and fil
 From one state to the next, dg = G dx; the eigenvalues of G in the space of these steps are those of the motions that
 last, mu = exp(s T). Where one grows, as in a machine that whirls by itself, the orbit is none that a machine keeps.
 
-What is random rests meanwhile. What does not repeat with the turn, such as a base vibration, begins with the run.
+What is random rests meanwhile. What does not repeat with the turn, as a base that vibrates or a blade that is lost,
+begins with the run.
 
 Cites: walker_2011.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
+from rotorsim.effects.base import WHERE
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.simulation import Simulation
 
@@ -138,11 +140,15 @@ class Turns:
 
     @cached_property
     def _plant(self) -> Assembly:
-        """The plant with the turns' samples, and with nothing random."""
+        """The plant with the turns' samples, and with nothing random or that does not repeat with the turn."""
         record = self.a.record.copy()
         for call in self.a.calls:
-            if call.effect.random_part:
-                record[call.record][call.effect.random_part] = 0.0
+            kind = type(call.effect)
+            if kind.random_part:
+                record[call.record][kind.random_part] = 0.0
+            if kind.onset is not None or kind.foundation is not None:
+                for entry in (one for one in fields(kind) if one.name not in WHERE):
+                    record[call.record][entry.name] = entry.default
         record["sample"] = self.time / len(self._inputs)
         record["dt"] = record["sample"] / self.a.steps_per_sample
         return self.a.with_numbers(record.view(np.recarray), self.a.w)

@@ -14,7 +14,19 @@ from rotorsim.experiments import Prbs
 from waiting import until
 
 RIG = ["--grid", "16x4", "--time-step", "0.2 ms", "--pressure", "0.6 MPa", "--no-report"]
-NAMES = ["runup", "coastdown", "steady", "slow_roll", "staircase", "prbs", "chirp", "multisine", "impact", "controlled"]
+NAMES = [
+    "runup",
+    "coastdown",
+    "steady",
+    "slow_roll",
+    "staircase",
+    "prbs",
+    "chirp",
+    "multisine",
+    "impact",
+    "shock",
+    "controlled",
+]
 
 
 def rotorsim(*arguments, cwd):
@@ -30,6 +42,7 @@ SHORT = {
     "prbs": ["--duration", "0.6 s", "--amplitude", "0.5 V", "--seed", "3"],
     "chirp": ["--duration", "0.4 s", "--amplitude", "500 mV", "--high", "0.3 kHz"],
     "multisine": ["--period", "0.2 s", "--periods", "2", "--low", "10 Hz"],
+    "shock": ["--rest", "0.2 s", "--peak", "5 m/s^2"],
     "impact": ["--hits", "2", "--spacing", "0.2 s", "--angle", "90 deg", "--peak", "5 N"],
     "controlled": ["--duration", "0.3 s", "--hit", "5 N", "--dither", "0.2 V", "--gain-x", "0.1 V/um"],
 }

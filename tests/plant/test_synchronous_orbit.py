@@ -91,6 +91,19 @@ def test_a_negative_speed_is_the_mirror_image():
     assert x == pytest.approx(y * [1.0, -1.0], abs=1e-4 * np.abs(x).max())
 
 
+def test_what_does_not_repeat_with_the_turn_begins_with_the_run():
+    """A base that shakes and a blade that is lost after 10 ms: the run begins on the orbit without them."""
+    machine = rs.load_machine("plain_rotor")
+    later = {
+        "effects.base_vibration": {"x": "1 m/s^2", "frequency": "37 Hz"},
+        "effects.sudden_unbalance": {"me": "100 g*mm", "time": "10 ms"},
+    }
+    starts = [Plant(one).start(150.0, begin="orbit") for one in (machine, machine.with_(later))]
+    assert all(one.on_orbit for one in starts)
+    q = [one.w[one.assembly.rotor.q_old :][: one.assembly.rotor.n] for one in starts]
+    assert np.array_equal(*q)
+
+
 def test_a_run_up_from_standstill_begins_at_rest_whatever_is_asked():
     plant = Plant("plain_rotor")
     ramps = [rs.experiments.runup(plant, 0.0, 20.0, 100.0, begin=begin) for begin in ("orbit", "rest")]
