@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -171,19 +171,19 @@ class GasBearing:
     ) -> Coefficients:
         """K [N m/rad] and C [N m s/rad] (n_freq, 2, 2) of the moment against tilts (dX/dz, dY/dz) of the journal.
 
-        The moment is the integral of z times the force; the whole film is solved. Raises FilmError as `steady`, and for
-        pockets and for lobes that jump.
+        The moment is the integral of z times the force. Raises FilmError as `steady`, and for pockets and lobes that
+        jump.
 
         Examples
         --------
         >>> bearing.tilt_coefficients((5e-6, 0.0), 600.0, [0.0, 300.0]).K.shape
         (2, 2, 2)
         """
-        whole = replace(self, symmetric=False)
-        w, F, _ = whole._solve(journal, speed, supply_pressure, pins)
-        layout, _, ix = whole._built
-        film = tilted_film(whole.model, layout, w, ix, F, speed, common_kernels(layout))
-        return _over_frequency(film, whirl_frequency)
+        w, F, _ = self._solve(journal, speed, supply_pressure, pins)
+        layout, _, ix = self._built
+        return _over_frequency(
+            tilted_film(self.model, layout, w, ix, F, speed, common_kernels(layout)), whirl_frequency
+        )
 
     def march(
         self,

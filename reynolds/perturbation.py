@@ -183,30 +183,53 @@ def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndar
 def tilted_film(
     model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float, kernels: Kernels
 ) -> LinearFilm:
-    """Film whose J_X, S_X are those of a journal that tilts by (dX/dz, dY/dz), and F_y q its moment, of a whole film.
+    """Film whose J_X, S_X are those of a journal that tilts by (dX/dz, dY/dz), and F_y y its moment.
 
     A gap that changes by z times as much changes a balance z times as much, but for what the fluxes between nodes of
-    different z make of it.
+    different z make of it. Of a half film the states are those of pressures that are odd in z: in the midplane, of
+    injectors there and of strips nothing changes.
     """
-    if model.grid.half or model.sleeve.steps or model.sleeve.jumps:
-        raise FilmError("tilt: takes a whole film without pockets and jumps; use symmetric=False", argument="sleeve")
+    if model.sleeve.steps or model.sleeve.jumps:
+        raise FilmError("tilt: takes a film without pockets and jumps; give it another sleeve", argument="sleeve")
     film = linear_film(model, layout, w, ix, F, speed, kernels)
-    at, half = cells(layout), model.grid.length / 2
+    at, half, whole = cells(layout), model.grid.length / 2, not model.grid.half
     n = at.size
-    z = np.broadcast_to(model.grid.dz * (1 + np.arange(layout.n_rows)) - half, at.shape)
-    beyond = z.copy()  # of what changes a balance besides the nodes: edges and injectors
-    beyond[:, 0], beyond[:, -1] = -half, half
+    z = np.broadcast_to(model.grid.dz * (whole + np.arange(layout.n_rows)) - whole * half, at.shape)
+    beyond = z * whole  # of what changes a balance besides the nodes: edges and injectors
+    beyond[:, -1] = half
+    if whole:
+        beyond[:, 0] = -half
     w = w.copy()
     kernels.terms(w, ix, F, speed * model.grid.radius)
+    if not whole and not (layout.foil and not layout.strips):
+        film = replace(film, J=_ring_matrix(layout, w)[:n, :n], S=film.S[:n], F_y=film.F_y[:, :n])
     kernels.gap(w, F, speed * model.grid.radius)
     ring = _ring_matrix(layout, w)[:n, :n]
     closes = -np.stack([w[layout.cos + at].ravel(), w[layout.sin + at].ravel()], axis=1)
-    states = len(film.S) - n - layout.n_inj
-    arms = np.concatenate([z.ravel(), [one.offset for one in model.injectors], np.zeros(states)])[:, None]
-    J_X = arms * film.J_X
+    size = len(film.S)
+    J_X, arms, push = np.zeros((size, 2)), np.zeros((size, 1)), np.zeros(size)
+    injectors = [one.offset for one in model.injectors if whole]
+    arms[:n, 0], arms[n : n + len(injectors), 0] = z.ravel(), injectors
+    push[:n] = z.ravel()
+    if layout.foil and not layout.strips:
+        push[n:] = np.resize(z, size - n)
+    J_X[n:] = arms[n:] * film.J_X[n:size]
     J_X[:n] = ring @ (z.reshape(-1, 1) * closes) + beyond.reshape(-1, 1) * (film.J_X[:n] - ring @ closes)
-    push = np.concatenate([z.ravel(), np.zeros(layout.n_inj), np.resize(z, states)])
-    return replace(film, J_X=J_X, S_X=arms * film.S_X, F_y=film.F_y * push)
+    tilted = LinearFilm(film.S, film.J, arms * film.S_X[:size], J_X, np.zeros((size, 1)), film.F_y * push)
+    return tilted if whole else _odd(tilted, layout.n_rows)
+
+
+def _odd(film: LinearFilm, rows: int) -> LinearFilm:
+    """A half film without the states of the midplane, the first of every `rows`."""
+    kept = np.flatnonzero(np.arange(len(film.S)) % rows)
+    J = film.J.tocsr()[kept][:, kept].tocsc()
+    return LinearFilm(film.S[kept], J, film.S_X[kept], film.J_X[kept], film.J_u[kept], film.F_y[:, kept])
+
+
+def with_tilt(film: LinearFilm, tilted: LinearFilm) -> LinearFilm:
+    """A whole film that both moves and tilts: displacements and forces before tilts and moments."""
+    S_X, J_X = np.hstack([film.S_X, tilted.S_X]), np.hstack([film.J_X, tilted.J_X])
+    return replace(film, S_X=S_X, J_X=J_X, F_y=np.vstack([film.F_y, tilted.F_y]))
 
 
 def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:

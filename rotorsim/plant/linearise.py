@@ -37,7 +37,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from reynolds.injector import Injector
-from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side
+from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side, tilted_film, with_tilt
 from rotorsim.base.display import Card, Shown
 from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
@@ -512,16 +512,16 @@ class ShiftedPlant:
         return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
 
 
-def linearise(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
-    """Linear model about the equilibrium in workspace w at `speed` [rad/s]."""
+def linearise(a: Assembly, w: np.ndarray, speed: float, moment: bool = False) -> LinearPlant:
+    """Linear model about the equilibrium in workspace w at `speed` [rad/s], on request with the films' `moment`."""
     with one_thread():
-        return _linearised(a, w, speed)
+        return _linearised(a, w, speed, moment)
 
 
-def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
-    rotor, Bd = _rotor(a, w, speed)
+def _linearised(a: Assembly, w: np.ndarray, speed: float, moment: bool) -> LinearPlant:
+    rotor, Bd = _rotor(a, w, speed, moment)
     m = len(rotor.stiffness)
-    film = linear_films(a, w, speed) if a.films else None
+    film = linear_films(a, w, speed, moment) if a.films else None
     n = 0 if film is None else len(film.S)
     E = np.zeros((n + 2 * m, 5))
     E[n + m :, 2:4] = Bd.T
@@ -533,16 +533,22 @@ def _linearised(a: Assembly, w: np.ndarray, speed: float) -> LinearPlant:
     return LinearPlant(S, E, H, a.mesh.reduced.frequencies, rotor, film, speed)
 
 
-def linear_films(a: Assembly, w: np.ndarray, speed: float) -> LinearFilm:
-    """Linear model of all films side by side: X and F hold the journals one after the other."""
+def linear_films(a: Assembly, w: np.ndarray, speed: float, moment: bool = False) -> LinearFilm:
+    """Linear model of all films side by side: X and F hold the journals one after the other.
+
+    With their `moment` tilts and moments of every film follow its displacements and forces.
+    """
     own = sys.modules[a.module.newton.__module__]
     kernels = Kernels(own.linear_terms, own.gap_terms)
-    return side_by_side(
-        [
-            linear_film(model, a.film, a.film_part(w, k), a.film_indices(k), a.film_constants(k), speed, kernels)
-            for k, model in enumerate(a.films)
-        ]
-    )
+    found: list[LinearFilm] = []
+    for k, model in enumerate(a.films):
+        parts = a.film, a.film_part(w, k), a.film_indices(k), a.film_constants(k), speed, kernels
+        film = linear_film(model, *parts)
+        if moment:
+            tilted = tilted_film(model, *parts)
+            film = side_by_side([film, tilted]) if model.grid.half else with_tilt(film, tilted)
+        found.append(film)
+    return side_by_side(found)
 
 
 def _pin_gains(a: Assembly) -> np.ndarray:
@@ -571,11 +577,19 @@ def _conductance(a: Assembly, k: int, injector: Injector, step: float) -> float:
     return injector.conductance((1 - opening) * common.seat_gap)
 
 
-def _rotor(a: Assembly, w: np.ndarray, speed: float) -> tuple[LinearRotor, np.ndarray]:
-    """The rotor and rows of the disc (2, m); a support that does not move the film is left out."""
+def _rotor(a: Assembly, w: np.ndarray, speed: float, moment: bool) -> tuple[LinearRotor, np.ndarray]:
+    """The rotor and rows of the disc (2, m); a support that does not move the film is left out.
+
+    With the films' `moment` the tilts of every journal follow its displacements.
+    """
     Bd = rows(a, a.rotor.disc, w)
     n = a.rotor.n
-    journals = [rows(a, a.rotor.journal + 2 * n * k, w) for k in range(len(a.films))]
+    journals = []
+    for k, film in enumerate(a.machine.films):
+        journals.append(rows(a, a.rotor.journal + 2 * n * k, w))
+        if moment:
+            turned = a.mesh.slope(film.position)
+            journals.append(np.pad(turned, ((0, 0), (0, n - turned.shape[1]))))
     Bf = np.concatenate(journals) if journals else np.zeros_like(Bd)
     moves = (np.arange(a.rotor.n) < a.rotor.n_machine) | Bf.any(axis=0)
     moves[a.rotor.n_machine :] = np.repeat(moves[a.rotor.n_machine :].reshape(-1, 2).any(axis=1), 2)

@@ -303,6 +303,11 @@ class Mesh:
         """Modes (4 nodes, 2n) of the shaft alone."""
         return self.reduced.Phi[: 4 * len(self.nodes)]
 
+    def slope(self, z: float) -> np.ndarray:
+        """Tilts (2, 2n) dX/dz, dY/dz of the shaft's cross section at a node z [m] in every mode."""
+        k = 4 * self.node(z)
+        return np.stack([self.reduced.Phi[k + 3], -self.reduced.Phi[k + 2]])
+
     def shape_between(self, z: float, on_disc: bool = False) -> np.ndarray:
         """Modes (2, 2n) at any z [m], in the shapes of the element there; the mesh needs no node at z."""
         nodes = self.nodes

@@ -111,8 +111,11 @@ class Plant(Shown):
         speed, pressure = point(speed, pressure)
         return describe(self.assembly, settle(self.assembly, speed, pressure))
 
-    def linearise(self, speed: float = 0.0, pressure: float = 0.0) -> LinearPlant:
+    def linearise(self, speed: float = 0.0, pressure: float = 0.0, moment: bool = False) -> LinearPlant:
         """Linear model about the equilibrium at a speed [rad/s] and gauge pressure [Pa].
+
+        With `moment` the films resist the tilt of their journals too, which runs in time leave out. Raises FilmError
+        for films with pockets or lobes that jump then.
 
         Examples
         --------
@@ -122,7 +125,7 @@ class Plant(Shown):
         speed, pressure = point(speed, pressure)
         from rotorsim.plant.linearise import linearise  # brings sparse eigenvalues
 
-        return linearise(self.assembly, settle(self.assembly, speed, pressure), speed)
+        return linearise(self.assembly, settle(self.assembly, speed, pressure), speed, moment)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:
         """The nonlinear plant as control.NonlinearIOSystem with a step of one sample, standing at the equilibrium.

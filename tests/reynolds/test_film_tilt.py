@@ -94,6 +94,21 @@ def test_static_stiffness_is_the_derivative_of_the_moment(name):
         np.testing.assert_allclose(K[:, axis], slope, atol=2e-5 * np.abs(K).max())
 
 
+@pytest.mark.parametrize("name", ["plain", "slip and lobes", "herringbone", "foil", "strips", "injectors"])
+def test_a_half_film_has_the_moment_of_the_whole(name):
+    """What is odd in z leaves the midplane, injectors there and strips alone."""
+    midplane = tuple(Injector(angle) for angle in np.arange(4) * np.pi / 2)
+    film = FILMS["plain"] if name == "injectors" else FILMS[name]
+    film = replace(film, injectors=midplane) if name == "injectors" else film
+    for omega in (0.0, 2000.0):
+        whole, half = (
+            replace(film, symmetric=way).tilt_coefficients(JOURNAL, SPEED, omega, 0.2e6 if film.injectors else 0.0)
+            for way in (False, True)
+        )
+        np.testing.assert_allclose(half.K, whole.K, atol=1e-6 * np.abs(whole.K).max())
+        np.testing.assert_allclose(half.C, whole.C, atol=1e-6 * np.abs(whole.C).max())
+
+
 def test_pockets_and_jumps_are_refused():
     for sleeve in (Sleeve(steps=(Steps(3, 5e-6, 0.5),)), Sleeve(lobes=Lobes(3, 0.5, 0.8))):
         with refused(FilmError, "sleeve", lambda value: True):
