@@ -31,14 +31,22 @@ import numpy as np
 
 from fe_shaft import campbell, critical, modal, response, transient
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.shaft import BearingElement, DiskElement, Material, PointMass, ShaftElement, ShaftError
+from fe_shaft.shaft import (
+    COEFFICIENTS,
+    SOFT,
+    SWITCHES,
+    BearingElement,
+    DiskElement,
+    Material,
+    PointMass,
+    ShaftElement,
+    ShaftError,
+)
 from rotorsim.base.foreign_systems import Foreign, Leftovers
 from rotorsim.base.input_files import parse_json, parse_toml
 
-COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")
 _AXIAL = ("kzz", "czz", "mzz")
-SWITCHES = ("shear_effects", "rotary_inertia", "gyroscopic")
 _DRAWN = {"color", "tag", "scale_factor", "dof_global_index", "type", "n_l", "n_r", "df"}
 """Attributes for drawing and numbering, which every element of ROSS has."""
 _DERIVED = {
@@ -54,8 +62,6 @@ _DERIVED = {
     },
 }  # fmt: skip
 """Attributes of ROSS that follow from those that are read, or have no part in vibration, by kind of object."""
-SOFT = 1e-6
-"""Share of Young's modulus up to which a layer is meant as mass alone: ROSS has no other word for it."""
 _REFUSED = {
     "modal_damping_ratio": "give alpha and beta, or the elements' own damping",
     "motor_element": "remove the motor",

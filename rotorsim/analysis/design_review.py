@@ -28,6 +28,7 @@ from fe_shaft.response import run_static, weight
 from fe_shaft.shaft import BearingElement
 from reynolds import kernels
 from rotorsim.analysis import standards
+from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
 from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
 from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
@@ -174,7 +175,7 @@ class DesignReview:
     planes by name, `places` those at which peaks are looked for; `decrements` (speed) the least logarithmic decrement;
     `undamped` the critical speed map, None with the reason `no_map`, and `stiffness` (bearing, speed, axis) that of the
     bearings. `onset` is the speed [rad/s], the frequency and whether every mode was looked for. `sensitivity` is the
-    largest one of a law, None without.
+    largest one of a law, None without; `axial` None without thrust bearings.
     """
 
     plant: Plant
@@ -201,6 +202,7 @@ class DesignReview:
     searched: tuple[float, float]
     open_speeds: tuple[tuple[float, float], ...]
     sensitivity: float | None
+    axial: AxialCurves | None
 
     @property
     def file_case(self) -> UnbalanceCase:
@@ -252,6 +254,7 @@ def design_review(
     low, high = speeds or (top_speed(plant),) * 2
     if not 0 < low <= high:
         raise DataError(f"design review: speeds from {low * TO_RPM:g} to {high * TO_RPM:g} rpm; give ascending ones")
+    axial = axial_curves(plant.machine, high, pressure, BEYOND) if plant.machine.thrust_bearings else None
     pressure = float(felt([plant.machine], [pressure])[0])
     at = np.unique([*np.linspace(0.0, BEYOND * high, STEPS + 1), low, high])
     found = modes_over_speed(plant, at, pressure, FIRST, (1,))
@@ -271,7 +274,7 @@ def design_review(
         tuple(_with_peaks(modes, responses, cases, places)), cases, loads, responses, probes, places,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
         _onset(plant, pressure, found.searched[1]), films, gap, refused, undamped, no_map, stiffness, found.searched,
-        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity,
+        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity, axial,
     )  # fmt: skip
 
 
@@ -623,6 +626,7 @@ def _direct(bearing: BearingPart, speed: float) -> np.ndarray:
 def _checks(r: DesignReview) -> Iterator[DesignCheck]:
     yield from _margin_checks(r)
     yield from _stability_checks(r)
+    yield from _axial_checks(r)
     yield from _clearance_checks(r)
     yield from _balance_checks(r)
     yield from _zone_checks(r)
@@ -702,6 +706,19 @@ def _stability_checks(r: DesignReview) -> Iterator[DesignCheck]:
     else:
         verdict, remark = OPEN, "the film does not carry, or a mode may be missing"
     yield DesignCheck("Onset of whirl", "at least", r.high * TO_RPM, found, "rpm", verdict, "onset", detail, remark)
+
+
+def _axial_checks(r: DesignReview) -> Iterator[DesignCheck]:
+    if r.axial is None:
+        return
+    name, state = "Damping ratio of the axial mode", r.axial.state
+    if state is None:
+        yield DesignCheck(name, "at least", 0.0, None, "", MISSED, "onset", "not carried", r.axial.refused)
+    else:
+        yield DesignCheck(
+            name, "at least", 0.0, state.zeta, "", MET if state.zeta > 0 else MISSED, "onset",
+            f"at {state.wn / (2 * np.pi):.4g} Hz", "faces that stay parallel",
+        )  # fmt: skip
 
 
 def _clearance_checks(r: DesignReview) -> Iterator[DesignCheck]:

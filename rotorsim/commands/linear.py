@@ -194,7 +194,7 @@ def _write(found: xr.Dataset, folder: options.ResultFolder, name: str, rows: lis
     from rotorsim.base.hdf5 import write_netcdf
 
     write_netcdf(folder.add(name, f"{name}.nc"), found)
-    write_csv(folder.add("table", f"{name}.csv"), rows[0], rows[1:])
+    write_csv(folder.add("table", f"{name}.csv"), [str(head) for head in rows[0]], rows[1:])
 
 
 def _response_rows(found: xr.Dataset) -> list[tuple[object, ...]]:

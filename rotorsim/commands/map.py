@@ -342,7 +342,10 @@ def sweep(
         typer.Option(help="Axis PATH=FROM:TO:COUNT, PATH=A,B or PATH=-10%:+10%:5; PATH may be speed or pressure."),
     ] = None,
     what: Annotated[
-        str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
+        str,
+        typer.Option(
+            help="Quantities: lift_off, onset, load, flow, damping, frequency, peak, thrust_gap, axial_damping, ..."
+        ),
     ] = WHAT,
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
     pressure: Annotated[

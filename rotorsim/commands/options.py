@@ -349,7 +349,7 @@ ABOVE = "above the speeds asked"
 
 def note_unfed(machine: Machine, given: bool, name: str = "") -> None:
     """Print on stderr that no supply pressure acts on a machine without feed, where one was given."""
-    if given and not machine.fed:
+    if given and not machine.supplied:
         film = "gas is supplied to no film of" if machine.films else "there is no gas film in"
         print(f"--pressure: {film} {name or machine.name}, so no pressure changes it", file=sys.stderr)
 

@@ -55,7 +55,18 @@ def design(
     from rotorsim.report.design import answered, asked, counts, design_page, numbers, tables
     from rotorsim.report.page import write_page
 
-    names = ("requirements", "criticals", "cases", "unbalances", "clearances", "grades", "zones", "films", "rules")
+    names = (
+        "requirements",
+        "criticals",
+        "cases",
+        "unbalances",
+        "clearances",
+        "grades",
+        "zones",
+        "films",
+        "thrust",
+        "rules",
+    )
     with result.folder("design", *(f"{name}.csv" for name in names)) as folder:
         options.note_compiling(plant.assembly, "settle")
         found = design_review(plant, speeds, at, None if law is None else _sensitivity(plant, law, speeds, at))

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 import fe_shaft
-from fe_shaft.rotor import COEFFICIENTS, SOFT, SWITCHES
+from fe_shaft.shaft import COEFFICIENTS, SOFT, SWITCHES
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.foreign_systems import Leftovers
 from rotorsim.base.units import parse

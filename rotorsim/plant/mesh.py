@@ -284,15 +284,14 @@ class Mesh:
         if effect.influence == "bow":
             return self.bow
         if effect.influence == "mass":
-            body = self.reduced.body()
-            return body if type(effect).foundation is None else body + self._housing_mass
+            return self.reduced.body() if type(effect).foundation is None else self.shaken_mass
         number = self.bearing_number(effect)
         return self.shape_between(self.place(effect), self.on_disc(effect)) if number is None else self.between(number)
 
     @property
-    def _housing_mass(self) -> np.ndarray:
-        """Participation (2, 2n) of the housings in the modes [kg^1/2]."""
-        rows = np.zeros((2, self.reduced.Phi.shape[1]))
+    def shaken_mass(self) -> np.ndarray:
+        """Participation (2, 2n) in the modes [kg^1/2] of all that stands on the foundation: rotor and housings."""
+        rows = np.array(self.reduced.body())
         for number in self.machine.supported:
             support = self.machine.bearings[number].support
             assert support is not None

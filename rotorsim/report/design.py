@@ -42,7 +42,7 @@ Cells = Sequence[Any]
 
 def tables(review: DesignReview) -> dict[str, Block]:
     """Tables of a review by the names of their files: numbers below heads with units, None where there is none."""
-    made = (_requirements, _criticals, _cases, _unbalances, _clearances, _grades, _zones, _films, _rules)
+    made = (_requirements, _criticals, _cases, _unbalances, _clearances, _grades, _zones, _films, _thrust, _rules)
     return {make.__name__.lstrip("_"): make(review) for make in made}
 
 
@@ -93,6 +93,7 @@ def design_page(review: DesignReview, author: str = "not stated") -> Page:
         Block("Damping over the speed", _damping_text(review), figure=damping_figure(review)),
         _map_block(review),
         made["films"],
+        replace(made["thrust"], figure=axial_figure(review) if review.axial is not None else None),
         made["grades"],
         made["zones"],
         made["rules"],
@@ -271,6 +272,52 @@ def _films(review: DesignReview) -> Block:
              "Cxx [kN s/m]", "Cyy [kN s/m]", "friction [W]", "flow [mg/s]", "gas warmer by [K]")  # fmt: skip
     has_film = bool(review.plant.machine.films)
     return Block("Films", text if has_film else "", heads, rows)
+
+
+def _thrust(review: DesignReview) -> Block:
+    heads = ("film", "gap [µm]", "load [N]", "K at rest [MN/m]", "K [MN/m]", "C [N s/m]", "friction [W]",
+             "flow [mg/s]", "highest pressure [MPa abs]")  # fmt: skip
+    if review.axial is None:
+        return Block("Thrust bearings", heads=heads)
+    state = review.axial.state
+    if state is None:
+        return Block("Thrust bearings", f"Not looked at: {review.axial.refused}", heads, [])
+    rows = [
+        (f.name, f.gap * TO_UM, f.load, f.static_stiffness * 1e-6, f.stiffness * 1e-6, f.damping, f.power, f.flow * 1e6,
+         f.p_max * TO_MPA)
+        for f in state.films
+    ]  # fmt: skip
+    text = (
+        f"At {review.high * TO_RPM:.0f} rpm; K and C at the frequency of the axial mode, "
+        f"{state.wn / (2 * np.pi):.4g} Hz with a damping ratio of {state.zeta:.3g}. The load of "
+        f"{quantity(state.load, 'N')} displaces the rotor by {quantity(state.displacement * TO_UM, 'µm')} towards +z."
+    )
+    return Block("Thrust bearings", text, heads, rows)
+
+
+def axial_figure(review: DesignReview) -> go.Figure:
+    """Force of every thrust bearing over the displacement, and the axial mode over the speed."""
+    found = review.axial
+    assert found is not None
+    figure = make_subplots(1, 2, specs=[[{}, {"secondary_y": True}]], horizontal_spacing=0.12,
+                           subplot_titles=["force on the rotor towards +z", "axial mode"])  # fmt: skip
+    z = found.displacements * TO_UM
+    for k, (name, force) in enumerate(zip(review.plant.machine.thrust_names, found.forces, strict=True)):
+        figure.add_trace(curve(z, force, PIN_COLOURS[k % 6], name, 1.6), 1, 1)
+    load = review.plant.machine.axial_load or 0.0
+    figure.add_trace(curve(z, found.forces.sum(axis=0) + load, INK, "with the load", 2.4), 1, 1)
+    if found.state is not None:
+        figure.add_trace(go.Scatter(x=[found.state.displacement * TO_UM], y=[0.0], mode="markers", hoverinfo="x",
+                                    marker={"size": 9, "color": INK}, showlegend=False), 1, 1)  # fmt: skip
+    at = found.speeds * TO_RPM
+    figure.add_trace(curve(at, found.wn / (2 * np.pi), PIN_COLOURS[0], "frequency", 2, digits=7), 1, 2)
+    figure.add_trace(curve(at, found.zeta, UNSAFE, "damping ratio", 2, "dash", digits=7), 1, 2, secondary_y=True)
+    figure.update_xaxes(title_text="displacement [µm]", row=1, col=1)
+    figure.update_yaxes(title_text="force [N]", row=1, col=1)
+    figure.update_xaxes(title_text="speed [rpm]", row=1, col=2)
+    figure.update_yaxes(title_text="frequency [Hz]", rangemode="tozero", row=1, col=2)
+    figure.update_yaxes(title_text="damping ratio", row=1, col=2, secondary_y=True, showgrid=False)
+    return style(figure, 340)
 
 
 def _rules(review: DesignReview) -> Block:

@@ -133,7 +133,7 @@ Object = dict[str, Any]
 def figure_csv(figure: Object) -> str:
     """CSV of a figure, a row a point: z of maps and surfaces, as value the colour of a surface."""
     layout = figure["layout"]
-    rows: list[tuple[str, ...]] = [HEADS]
+    rows: list[tuple[Any, ...]] = [HEADS]
     for number, trace in enumerate(figure["data"], start=1):
         labels = [label(layout, trace, letter) for letter in "xyz"]
         name = _bare(trace.get("name") or f"{trace.get('type', 'scatter')} {number}")

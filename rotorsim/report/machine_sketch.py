@@ -44,6 +44,7 @@ def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -
     least = NARROW * (end - start)
     _bands(figure, machine, scale, marked)
     _boxes(figure, "bearing", list(_films(machine, scale)), BEARING, 0.6)
+    _boxes(figure, "thrust bearing", list(_plates(machine, scale, least)), BEARING, 0.6)
     _polygons(figure, "shaft", list(_sections(machine, scale)), SHAFT, 1.0)
     _polygons(figure, "layer", list(_layers(machine, scale)), LAYER, 1.0)
     _boxes(figure, "arm", [_arm(one, least) for one in machine.discs if one.arm], DISC, 1.0)
@@ -137,6 +138,15 @@ def _films(machine: Machine, scale: float) -> Iterator[Box]:
         left, right = (one.position - one.length / 2) * 1e3, (one.position + one.length / 2) * 1e3
         inner = _at(machine, one.position, scale) + 0.03
         yield from ((left, right, -inner - 0.2, -inner), (left, right, inner, inner + 0.2))
+
+
+def _plates(machine: Machine, scale: float, width: float) -> Iterator[Box]:
+    """Upper and lower half of the plate of every thrust bearing, at the side from which it pushes."""
+    for one in machine.thrust_bearings:
+        z, inner, outer = one.position * 1e3, one.inner_diameter / 2 * scale, one.outer_diameter / 2 * scale
+        face = z - one.sign * width
+        left, right = sorted((face, face - one.sign * width))
+        yield from ((left, right, -outer, -inner), (left, right, inner, outer))
 
 
 def _mark(machine: Machine, scale: float, place: Place, least: float) -> Box:
@@ -255,7 +265,7 @@ def machine_drawing(machine: Machine) -> go.Figure:
     length = end - start
     shaft, layers, bores = (list(part) for part in (_sections(machine, 1e3), _layers(machine, 1e3), _bores(machine)))
     discs = [_solid(one, FLAT * length) for one in machine.discs]
-    sleeves = list(_sleeves(machine, 0.3 * SLEEVE * length))
+    sleeves = [*_sleeves(machine, 0.3 * SLEEVE * length), *_plates(machine, 1e3, FLAT * length)]
     _boxes(figure, "arm", [_arm(one, FLAT * length) for one in machine.discs if one.arm], DISC, 1.0)
     _boxes(figure, "disc", discs, DISC, 1.0)
     for name, polygons, colour in (("shaft", shaft, SHAFT), ("layer", layers, LAYER), ("bore", bores, "#ffffff")):

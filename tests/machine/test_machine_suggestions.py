@@ -28,6 +28,8 @@ HOMES = {
     "Gas": "gas", "Injection": "injection",
     "Orifices": "bearings.1.orifices.0", "Lobes": "bearings.1.lobes", "Steps": "bearings.1.steps.0",
     "Grooves": "bearings.1.grooves", "Foil": "bearings.1.foil",
+    "ThrustBearing": "thrust_bearings.0", "SpiralGrooves": "thrust_bearings.0.grooves",
+    "RingFeed": "thrust_bearings.0.feed",
     "PinnedInjector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid",
     "Solver": "solver", "Limits": "limits", "Checked": "checked",
     "ProbePart": "probes.0", "ShaftProbe": "probes.0", "HousingPart": "probes.1", "HousingVelocity": "probes.1",
