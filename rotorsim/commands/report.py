@@ -94,7 +94,7 @@ def _operating_speeds(text: str) -> tuple[float, float]:
 def _sensitivity(plant: Plant, path: Path, speeds: tuple[float, float] | None, pressure: float) -> float:
     """Largest sensitivity of the loop of a law at the highest operating speed, infinite where the loop is unstable."""
     from rotorsim.analysis.campbell import top_speed
-    from rotorsim.base.rounding import decays
+    from rotorsim.base.rounding import DECAYS
     from rotorsim.control.law import load_law
     from rotorsim.verify.closed_loop import full_order
 
@@ -102,7 +102,7 @@ def _sensitivity(plant: Plant, path: Path, speeds: tuple[float, float] | None, p
         raise DataError(f"--law: {plant.machine.name} has no actuators; leave it out", argument="law", value=path)
     at = speeds[1] if speeds else top_speed(plant)
     loop = full_order(plant, load_law(path), [(at, pressure)])[0]
-    return loop.peak if decays(loop.radius) else float("inf")
+    return loop.peak if loop.radius < DECAYS else float("inf")
 
 
 @command(

@@ -22,6 +22,8 @@ from rotorsim.commands.report import _sensitivity as sensitivity_of
 from rotorsim.control.sampled_loop import law_system
 from rotorsim.live.laws import SHIPPED
 from rotorsim.report.machine_sketch import machine_drawing
+from rotorsim.report.page import Block, Page, plain_page
+from rotorsim.report.units import page_system
 from rotorsim.verify.closed_loop import full_plant, pins
 
 RPM = pi / 30
@@ -218,3 +220,19 @@ def test_the_sensitivity_of_the_shipped_law_is_that_of_python_control_and_an_uns
     loud.save(tmp_path / "loud.json")
     worst = sensitivity_of(plant, tmp_path / "loud.json", (100.0, at[0]), at[1])
     assert worst == np.inf and standards.sensitivity_zone(worst) == "D"
+
+
+def test_a_drawing_in_inches_keeps_its_scale_in_both_directions():
+    pages = {}
+    for units in ("metric", "imperial"):
+        with page_system(units):
+            figure = machine_drawing(rs.load_machine("aerostatic_spindle"))
+            pages[units] = plain_page(Page("", "", [Block("Machine", figure=figure)]))["rows"][0][0]["figure"]
+    metric, imperial = (one["data"] for one in pages.values())
+    assert len(metric) > 4
+    for mm, inch in zip(metric, imperial, strict=True):
+        for axis in "xy":
+            pairs = zip(mm[axis], inch[axis], strict=True)
+            assert all((a is b is None) or b == pytest.approx(a / 25.4, rel=1e-4, abs=1e-9) for a, b in pairs)
+    texts = [note["text"] for note in pages["imperial"]["layout"]["annotations"]]
+    assert "9.45" in texts and "240" not in texts
