@@ -16,6 +16,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from math import nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -68,6 +70,8 @@ UNSEEN = 1e-9
 TURNS = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 """Angles [rad] at which the room of a journal is measured."""
 MET, MISSED, OPEN = "met", "not met", "not looked at"
+STANDARD_GRAVITY = 9.80665
+"""Acceleration [m/s^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +145,10 @@ class FilmState:
 
 @dataclass(frozen=True)
 class DesignCheck:
-    """A requirement: what is asked, what is found, the verdict (`MET`, `MISSED` or `OPEN`), its rule, a remark."""
+    """A requirement: what is asked, what is found, the verdict (`MET`, `MISSED` or `OPEN`), its rule, a remark.
+
+    `reserve` is the distance from the limit over the limit, negative where it is missed; NaN where nothing is known.
+    """
 
     name: str
     asked: str
@@ -149,6 +156,7 @@ class DesignCheck:
     verdict: str
     rule: str
     remark: str = ""
+    reserve: float = nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,9 +164,9 @@ class DesignReview:
     """Numbers of a design review at operating speeds `low` to `high` [rad/s] and a gauge pressure [Pa].
 
     `responses` holds the major half axis (case, speed, z) [m, 0-pk] of the shaft, `probes` the positions of the probe
-    planes by name; `decrements` (speed) the least logarithmic decrement; `undamped` the critical speed map, None with
-    the reason `no_map`, and `stiffness` (bearing, speed, axis) that of the bearings. `onset` is the speed [rad/s], the
-    frequency and whether every mode was looked for. `sensitivity` is the largest one of a law, None without.
+    planes by name; `decrements` (speed) the least logarithmic decrement; `modes` those that were followed over the
+    speeds. `onset` is the speed [rad/s], the frequency and whether every mode was looked for. `sensitivity` is the
+    largest one of a law, None without.
     """
 
     plant: Plant
@@ -178,9 +186,7 @@ class DesignReview:
     films: tuple[FilmState, ...]
     least_gap: float
     not_carried: str
-    undamped: xr.Dataset | None
-    no_map: str
-    stiffness: xr.DataArray
+    modes: ModesOverSpeed
     searched: tuple[float, float]
     open_speeds: tuple[tuple[float, float], ...]
     sensitivity: float | None
@@ -194,6 +200,25 @@ class DesignReview:
     def checks(self) -> tuple[DesignCheck, ...]:
         """Requirements, in the order of the page."""
         return tuple(_checks(self))
+
+    @cached_property
+    def _map(self) -> tuple[xr.Dataset | None, str, xr.DataArray]:
+        return _map(self.plant, self.modes)
+
+    @property
+    def undamped(self) -> xr.Dataset | None:
+        """Critical speed map; None where there is none."""
+        return self._map[0]
+
+    @property
+    def no_map(self) -> str:
+        """Why there is no critical speed map."""
+        return self._map[1]
+
+    @property
+    def stiffness(self) -> xr.DataArray:
+        """Stiffness (bearing, speed, axis) [N/m] of the bearings."""
+        return self._map[2]
 
     def motion(self, case: str, z: float) -> np.ndarray:
         """Motion (speed,) [m, pk-pk] at a place under a case of unbalance."""
@@ -247,12 +272,11 @@ def design_review(
     responses = _responses(plant, found, modes, cases, places, pressure, high)
     scales = _scales(responses, cases, probes, (low, high))
     films, gap, refused = _films(plant, high, pressure)
-    undamped, no_map, stiffness = _map(plant, found, pressure)
     return DesignReview(
         plant, low, high, pressure, stated,
         tuple(_with_peaks(modes, responses, cases, probes)), cases, loads, responses, probes,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
-        _onset(plant, pressure, BEYOND * high), films, gap, refused, undamped, no_map, stiffness, found.searched,
+        _onset(plant, pressure, BEYOND * high), films, gap, refused, found, found.searched,
         tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity,
     )  # fmt: skip
 
@@ -262,6 +286,51 @@ def static_loads(plant: Plant) -> np.ndarray:
 
     Reactions are what the free shaft lacks for its equilibrium; nominal stiffnesses matter with three bearings or more.
     """
+    deflection, weight = _under_weight(plant)
+    mesh = plant.assembly.mesh
+    left = weight - mesh.free_stiffness[: len(weight), : len(weight)] @ deflection
+    return np.array([left[4 * mesh.node(b.position)] for b in plant.machine.bearings])
+
+
+def static_deflection(plant: Plant) -> xr.Dataset:
+    """Deflected line of the shaft at rest under the weight of shaft and discs, and the loads of the bearings.
+
+    Parameters
+    ----------
+    plant : Plant
+
+    Returns
+    -------
+    Dataset
+        sag (node) [m] downwards with the position z [m] of each node, load (bearing) [N] of each bearing, of one below
+        the shaft > 0. Bearings have their nominal stiffness, films and tables that by which the rotor's modes are
+        chosen; housings stand still.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.static_deflection(rs.Plant("plain_rotor"))
+    >>> abs(float(found["load"].sum()) / 9.80665 / rs.load_machine("plain_rotor").mass - 1) < 1e-9
+    True
+    """
+    deflection, _ = _under_weight(plant)
+    metres = {"units": "m", "long_name": "deflection under its weight, downwards"}
+    loads = STANDARD_GRAVITY * static_loads(plant)
+    return xr.Dataset(
+        {
+            "sag": ("node", STANDARD_GRAVITY * deflection[0::4], metres),
+            "load": ("bearing", loads, {"units": "N", "long_name": "static load"}),
+        },
+        {
+            "z": ("node", plant.assembly.mesh.nodes, {"units": "m", "long_name": "position along the shaft"}),
+            "bearing": list(plant.machine.bearing_names),
+        },
+        plant.provenance() | {"kind": "static"},
+    )
+
+
+def _under_weight(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
+    """Deflections and weight (4 nodes,) along x over the acceleration [kg, kg m], on nominal springs."""
     mesh = plant.assembly.mesh
     free, n = mesh.free_stiffness, 4 * len(mesh.nodes)
     held = free[:n, :n].copy()
@@ -271,8 +340,7 @@ def static_loads(plant: Plant) -> np.ndarray:
         held[at, at] += own
         held[at + 1, at + 1] += own
     weight = _weight(plant)
-    left = weight - free[:n, :n] @ np.linalg.solve(held, weight)
-    return np.array([left[4 * mesh.node(b.position)] for b in plant.machine.bearings])
+    return np.linalg.solve(held, weight), weight
 
 
 def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
@@ -564,7 +632,7 @@ def _films(plant: Plant, speed: float, pressure: float) -> tuple[tuple[FilmState
     return tuple(found), float(at.h_min), ""
 
 
-def _map(plant: Plant, found: ModesOverSpeed, pressure: float) -> tuple[xr.Dataset | None, str, xr.DataArray]:
+def _map(plant: Plant, found: ModesOverSpeed) -> tuple[xr.Dataset | None, str, xr.DataArray]:
     """Undamped critical speeds over stiffness, why there are none, and the stiffness that the bearings have."""
     machine, nodes = plant.machine, [n for n in found.followed.nodes if n.pencil is not None and n.at > 0]
     values = np.full((len(machine.bearings), len(nodes), 2), np.nan)
@@ -619,7 +687,7 @@ def _margin_checks(r: DesignReview) -> Iterator[DesignCheck]:
         how = mode.driven_by if mode.peak is not None else "1/(2 zeta): no response is steady there, a mode grows"
         yield DesignCheck(f"Separation margin of {at * TO_RPM:.0f} rpm", f"{asked:.1f} %", f"{found:.1f} %",
                     MET if found >= asked else MISSED, "margin",
-                    f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
+                    f"amplification factor {mode.amplification:.3g}, {how}", found / asked - 1)  # fmt: skip
     unseen = [
         m for m in r.criticals if m not in asking and m.whirl != "backward" and margin_of(m, r)[1] < margin_of(m, r)[0]
     ]
@@ -663,14 +731,16 @@ def _stability_checks(r: DesignReview) -> Iterator[DesignCheck]:
         yield DesignCheck(name, asked, f"{low:.3g}", MET if low >= standards.LEAST_DECREMENT else MISSED, "decrement",
                     "least of all modes with a damping ratio below 0.5, stricter than the rule, which asks for the "
                     "first forward mode; without the cross-coupling of process gas that Level 1 "
-                    "of API 617 adds")  # fmt: skip
+                    "of API 617 adds", low / standards.LEAST_DECREMENT - 1)  # fmt: skip
     speed, frequency, looked = r.onset
     top = f"above {r.high * TO_RPM:.0f} rpm"
     if np.isfinite(speed):
         found = f"{speed * TO_RPM:.0f} rpm, whirl at {frequency / (2 * np.pi):.4g} Hz"
-        yield DesignCheck("Onset of whirl", top, found, MET if speed > r.high else MISSED, "onset")
+        yield DesignCheck("Onset of whirl", top, found, MET if speed > r.high else MISSED, "onset",
+                          reserve=speed / r.high - 1)  # fmt: skip
     elif looked:
-        yield DesignCheck("Onset of whirl", top, f"none up to {BEYOND * r.high * TO_RPM:.0f} rpm", MET, "onset")
+        yield DesignCheck("Onset of whirl", top, f"none up to {BEYOND * r.high * TO_RPM:.0f} rpm", MET, "onset",
+                          reserve=BEYOND - 1)  # fmt: skip
     else:
         yield DesignCheck(
             "Onset of whirl", top, "-", OPEN, "onset", "the film does not carry, or a mode may be missing"
@@ -692,7 +762,8 @@ def _clearance_checks(r: DesignReview) -> Iterator[DesignCheck]:
             continue
         found = f"{share:.3g} % of {one.gap * TO_UM:.4g} um at {one.speed * TO_RPM:.0f} rpm"
         verdict = MET if share <= 100 * standards.CLEARANCE else MISSED
-        yield DesignCheck(name, "75 % at most", found, verdict, "clearance", one.case)
+        yield DesignCheck(name, "75 % at most", found, verdict, "clearance", one.case,
+                          1 - share / (100 * standards.CLEARANCE))  # fmt: skip
     yield DesignCheck("Motion in other close clearances (impellers, seals)", "75 % at most", "-", OPEN, "clearance",
                 "a machine file states those of films and rubs alone")  # fmt: skip
 
@@ -706,10 +777,11 @@ def _balance_checks(r: DesignReview) -> Iterator[DesignCheck]:
     asked = standards.permissible_unbalance(2.5, r.plant.machine.mass, r.high)
     yield DesignCheck("Unbalance of the machine file, all planes", f"G 2.5: {asked * 1e6:.3g} g mm",
                 f"{total * 1e6:.3g} g mm, G {grade:.2g}", MET if total <= asked else MISSED, "grade",
-                "G 2.5 is usual for turbo machines; choose the grade of your contract")  # fmt: skip
+                "G 2.5 is usual for turbo machines; choose the grade of your contract", 1 - total / asked)  # fmt: skip
     residual = standards.residual_unbalance(float(np.abs(r.loads).sum()), r.high)
     yield DesignCheck("Unbalance of the machine file, all planes", f"4 W/N: {residual * 1e6:.3g} g mm",
-                f"{total * 1e6:.3g} g mm", MET if total <= residual else MISSED, "unbalance")  # fmt: skip
+                f"{total * 1e6:.3g} g mm", MET if total <= residual else MISSED, "unbalance",
+                reserve=1 - total / residual)  # fmt: skip
 
 
 def _zone_checks(r: DesignReview) -> Iterator[DesignCheck]:
@@ -731,7 +803,7 @@ def _zone_checks(r: DesignReview) -> Iterator[DesignCheck]:
         verdict = MET if zone in "AB" else MISSED
         yield DesignCheck(name, f"zone A or B: below {limit * TO_UM:.3g} um pk-pk",
                     f"{where}, zone {zone}", verdict if scope else OPEN, "zones",
-                    remark)  # fmt: skip
+                    remark, 1 - motion / limit)  # fmt: skip
         asked = standards.vibration_limit(r.high)
         yield DesignCheck(name, f"Avl: {asked * TO_UM:.3g} um pk-pk", where,
-                    MET if motion <= asked else MISSED, "vibration")  # fmt: skip
+                    MET if motion <= asked else MISSED, "vibration", reserve=1 - motion / asked)  # fmt: skip
