@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 STEPS, FINER = 20, 40
 """Steps of the speeds of a Campbell diagram and of a response."""
-SHOWN = 8
-"""Branches of a Campbell diagram."""
+SHOWN, COLOURS = 8, 6
+"""Branches of a Campbell diagram, and those with a colour of their own."""
 DRAWN = 4
 """Mode shapes."""
 DIGITS = 5
@@ -158,7 +158,14 @@ def _campbell(case: DesignCase) -> Plain:
     found = case.campbell
     speed = found["speed"].values * TO_RPM
     curves = [
-        _curve(f"mode {k + 1}", speed, found["wn"].values[k] * TO_HZ, k, marks=_senses(found["whirl"].values[k]))
+        _curve(
+            f"mode {k + 1}",
+            speed,
+            found["wn"].values[k] * TO_HZ,
+            k,
+            k >= COLOURS,
+            marks=_senses(found["whirl"].values[k]),
+        )
         for k in range(found.sizes["branch"])
     ]
     inside = (found["critical_speed"].values <= speed[-1] * RPM) & (found["critical_order"].values == 1)

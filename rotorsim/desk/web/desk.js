@@ -1,11 +1,10 @@
 // The desk: what is typed goes to the server as one act after the other, answers come back panel by panel.
-import { Chart, layout } from "rotorsim-desk";
+import { Chart, layout, shade } from "rotorsim-desk";
 import { theme } from "rotorsim-live";
 
 const WINDOW = Math.random().toString(36).slice(2);
 const CALM = 450; // ms without an edit after which films are asked for
 const LOOK = 2000; // ms between two looks at the file and at what other windows did
-const COLOURS = 6;
 const STORED = "rotorsim-desk-hidden";
 const post = (path, content) => fetch(path, { method: "POST", body: JSON.stringify(content), headers: { "content-type": "application/json" } });
 
@@ -94,7 +93,7 @@ export default {
             <button @click="hide(one.name, true)" :aria-label="'hide ' + one.title">×</button></figcaption>
           <p v-if="answers[one.name] && answers[one.name].error" class="desk-sentence" role="alert">{{ answers[one.name].error }}</p>
           <canvas v-show="drawing(one.name)" :ref="(el) => hold(one.name, el)" role="img" :aria-label="one.title" @mousemove="cursor(one.name, $event.offsetX)" @mouseleave="cursor(one.name, null)"></canvas>
-          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ background: c.colour }"></i>{{ c.name }}</span><span v-if="before[one.name]"><i class="desk-ghost"></i>design before</span></p>
+          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="before[one.name]"><i class="desk-ghost"></i>design before</span></p>
           <template v-if="answers[one.name]"><div class="desk-table" v-if="answers[one.name].rows && answers[one.name].rows.length"><table :data-table="one.name"><thead><tr><th v-for="head in answers[one.name].heads" :key="head" scope="col">{{ head }}</th></tr></thead>
             <tbody><tr v-for="(row, k) in answers[one.name].rows" :key="k" :class="verdict(row)"><td v-for="(cell, i) in row" :key="i">{{ cell }}</td></tr></tbody></table></div>
           <p v-for="note in answers[one.name].notes" :key="note" class="desk-note">{{ note }}</p></template>
@@ -167,8 +166,8 @@ export default {
       else if (!refused) this.refused = {};
       this.conflict = Boolean(answer.conflict);
       this.sentence = "";
-      if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: at(refused) };
-      else if (refused) this.sentence = at(refused);
+      if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
+      else if (refused) this.sentence = refused.sentence;
       if (answer.chosen) this.choose(answer.chosen);
       this.take(answer);
     },
@@ -340,9 +339,9 @@ export default {
       return Boolean(this.answers[name]?.curves);
     },
     legend(name) {
-      const colours = theme(), more = this.dark ? ["#c9d36a", "#d55e00"] : ["#56B4E9", "#9a6a00"], all = [...colours.lines, ...more];
+      const colours = theme(this.dark); // read again when the page turns dark
       const { curves, y } = this.answers[name], inside = (v) => v !== null && (!y.range || (v >= y.range[0] && v <= y.range[1]));
-      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: all[one.colour % COLOURS] }));
+      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: shade(colours, one.colour), dash: one.dash }));
     },
     verdict(row) {
       const last = row.at(-1) || "";
@@ -378,4 +377,3 @@ function stored() {
   }
 }
 
-const at = ({ path, sentence }) => (path && !sentence.startsWith(path) ? sentence : sentence);
