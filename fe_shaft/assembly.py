@@ -32,7 +32,7 @@ from math import isclose
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 
 from fe_shaft import elements
@@ -443,8 +443,9 @@ class ReducedRotor:
 
 
 def modal_reduction(
-    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float, loads: Matrix | None = None
-) -> ReducedRotor:
+    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: ArrayLike,
+    loads: Matrix | None = None,
+) -> ReducedRotor:  # fmt: skip
     """Reduce `rotor` to `n_modes` modes of each plane.
 
     Parameters
@@ -456,8 +457,8 @@ def modal_reduction(
         the rotor has a bearing on a pedestal at that node, it acts between the two.
     n_modes : int
         Modes kept in each plane.
-    damping_ratio : float
-        Modal damping of the shaft [1].
+    damping_ratio : float or array (k,)
+        Modal damping of the shaft [1]: of all modes, or of the first ones of each plane and, as the last, of the rest.
     loads : ndarray (ndof, k), optional
         Loads whose static deflections, k more shapes of each plane, are exact in the reduced rotor.
 
@@ -478,8 +479,10 @@ def modal_reduction(
     held = add_springs(K, rotor, springs)
     planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes, loads) for dofs in ((0, 3), (1, 2))]
     omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
-    modal_damping = np.diag(2 * damping_ratio * omega)
-    if rotor.layout.pedestals and damping_ratio:
+    ratios = np.atleast_1d(damping_ratio)
+    ratio = ratios[np.minimum(np.arange(len(omega) // 2), len(ratios) - 1)]
+    modal_damping = np.diag(2 * np.tile(ratio, 2) * omega)
+    if rotor.layout.pedestals and ratio.any():
         modal_damping = _shaft_damping(rotor, springs, n_modes, damping_ratio, M, Phi)
     shifts = rigid_motions(rotor)[:, :2].T
     C, G = Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi
@@ -487,7 +490,7 @@ def modal_reduction(
 
 
 def _shaft_damping(
-    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: float, M: Matrix, Phi: Matrix
+    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, damping_ratio: ArrayLike, M: Matrix, Phi: Matrix
 ) -> Matrix:
     """Modal damping of the shaft on pedestals at rest, in the modes Phi: pedestals have dampers of their own."""
     n = 4 * rotor.n_nodes

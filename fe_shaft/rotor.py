@@ -31,21 +31,29 @@ import numpy as np
 
 from fe_shaft import campbell, critical, modal, response, transient
 from fe_shaft.assembly import AssembledRotor
-from fe_shaft.shaft import BearingElement, DiskElement, Material, PointMass, ShaftElement, ShaftError
+from fe_shaft.shaft import (
+    COEFFICIENTS,
+    SOFT,
+    SWITCHES,
+    BearingElement,
+    DiskElement,
+    Material,
+    PointMass,
+    ShaftElement,
+    ShaftError,
+)
 from rotorsim.base.foreign_systems import Foreign, Leftovers
 from rotorsim.base.input_files import parse_json, parse_toml
 
-_COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 _MASSES, _CROSS_MASSES = ("mxx", "myy"), ("mxy", "myx")
 _AXIAL = ("kzz", "czz", "mzz")
-_SWITCHES = ("shear_effects", "rotary_inertia", "gyroscopic")
 _DRAWN = {"color", "tag", "scale_factor", "dof_global_index", "type", "n_l", "n_r", "df"}
 """Attributes for drawing and numbering, which every element of ROSS has."""
 _DERIVED = {
     "shaft": _DRAWN | {"o_d", "i_d", "A", "A_l", "A_r", "Ie", "Ie_l", "Ie_r", "Im", "volume", "m", "gama", "delta",
                        "a1", "a2", "b1", "b2", "beam_cg", "axial_cg_pos", "slenderness_ratio", "kappa", "phi", "n"},
     "material": {"Poisson", "color", "specific_heat", "thermal_conductivity"},
-    "bearing": _DRAWN | {f"{name}_interpolated" for name in (*_COEFFICIENTS, *_MASSES, *_CROSS_MASSES, *_AXIAL)},
+    "bearing": _DRAWN | {f"{name}_interpolated" for name in (*COEFFICIENTS, *_MASSES, *_CROSS_MASSES, *_AXIAL)},
     "rotor": _DRAWN | {
         "elements", "parameters", "number_dof", "ndof", "nodes", "nodes_pos", "nodes_i_d", "nodes_o_d", "link_nodes",
         "center_line_pos", "shaft_elements_length", "L", "m", "m_disks", "m_shaft", "CG", "Ip", "It", "M0", "K0", "C0",
@@ -54,8 +62,6 @@ _DERIVED = {
     },
 }  # fmt: skip
 """Attributes of ROSS that follow from those that are read, or have no part in vibration, by kind of object."""
-_SOFT = 1e-9
-"""Share of its stiffness that a layer of mass alone has in ROSS."""
 _REFUSED = {
     "modal_damping_ratio": "give alpha and beta, or the elements' own damping",
     "motor_element": "remove the motor",
@@ -180,14 +186,14 @@ def as_ross_rotor(rotor: AssembledRotor, module: Any) -> Any:
 
     def material(one: Material, stiff: bool) -> Any:
         plain = "".join(c if c.isalnum() else "_" for c in one.name)
-        soft = 1.0 if stiff else _SOFT
+        soft = 1.0 if stiff else 1e-3 * SOFT
         return module.Material(name=plain + ("" if stiff else "_mass"), rho=one.rho, E=soft * one.E, G_s=soft * one.G_s)
 
     shaft = [
         module.ShaftElement(
             L=e.L, idl=e.idl, odl=e.odl, idr=e.idr, odr=e.odr, material=material(e.material, e.stiff), n=e.n,
             axial_force=e.axial_force, torque=e.torque, alpha=e.alpha, beta=e.beta,
-            **{name: getattr(e, name) for name in _SWITCHES},
+            **{name: getattr(e, name) for name in SWITCHES},
         )
         for e in rotor.shaft_elements
     ]  # fmt: skip
@@ -209,7 +215,7 @@ def _axes(bearing: BearingElement, two: bool) -> dict[str, Any]:
 
 def _table(bearing: BearingElement) -> dict[str, Any]:
     ones = np.ones([len(axis) for axis in bearing.axes] or 1)
-    values = {name: getattr(bearing, name) * ones for name in _COEFFICIENTS}
+    values = {name: getattr(bearing, name) * ones for name in COEFFICIENTS}
     values |= {name: getattr(bearing, name) * ones for name in _MASSES if getattr(bearing, name)}
     return values if not bearing.constant else {name: float(value[0]) for name, value in values.items()}
 
@@ -239,7 +245,7 @@ def _shaft(element: Any, left: Leftovers) -> ShaftElement:
     stuff = Foreign(one.read("material"), f"material {getattr(element.material, 'name', '?')}")
     material = Material(stuff.read("name", "material"), *(float(stuff.read(name)) for name in ("rho", "E", "G_s")))
     more: dict[str, Any] = {key: float(one.read(key, 0.0) or 0.0) for key in ("alpha", "beta", "axial_force", "torque")}
-    more |= {key: bool(one.read(key)) for key in _SWITCHES}
+    more |= {key: bool(one.read(key)) for key in SWITCHES}
     if (method := one.read("shear_method_calc", "cowper")) not in ("cowper", None) and more["shear_effects"]:
         left.add(one.what, f"the shear coefficient is Cowper's, not that of shear_method_calc = {method!r}")
     more |= {name: float(one.read(name)) for name in ("L", "idl", "odl", "idr", "odr")}
@@ -291,7 +297,7 @@ def _bearing(one: Foreign, left: Leftovers) -> BearingElement:
     axes = _ross_axes(one)
     many = {name: axis for name, axis in axes.items() if axis is not None and axis.size > 1}
     sizes = tuple(axis.size for axis in many.values())
-    values = {name: _values(one.read(name)) for name in _COEFFICIENTS}
+    values = {name: _values(one.read(name)) for name in COEFFICIENTS}
     shaped: dict[str, Any] = {
         name: value.reshape(sizes) if sizes else float(value.flat[0]) for name, value in values.items()
     }

@@ -71,6 +71,14 @@ def grid(owner: str, values: ArrayLike, increasing: bool = True) -> NDArray[np.f
     return array
 
 
+COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
+"""Stiffness and damping of a bearing, by axis of the force and of the motion."""
+SWITCHES = ("shear_effects", "rotary_inertia", "gyroscopic")
+"""Terms of a shaft element that can be left out."""
+SOFT = 1e-6
+"""Share of Young's modulus up to which a layer is meant as mass alone: ROSS has no other word for it."""
+
+
 @dataclass(frozen=True)
 class Material:
     """Isotropic elastic material; of `G_s` and `Poisson` give one: E = 2 G_s (1 + Poisson) gives the other.

@@ -419,6 +419,8 @@ def _schema(name: str, content: bytes) -> str | None:
         return "schema/fmi3/fmi3TerminalsAndIcons.xsd"
     if name.endswith(MANIFEST):
         return "schema/fmi3/fmi3LayeredStandardManifest.xsd"
+    if name == "sources/buildDescription.xml":
+        return "schema/fmi3/fmi3BuildDescription.xsd"
     return "ssp/schema/SystemStructureDescription.xsd" if name.endswith(".ssd") else None
 
 

@@ -20,10 +20,13 @@ from fmu.archive import DESCRIPTIONS, check_place, text, workspace, write_archiv
 from fmu.contents import contents
 from fmu.importer import Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
+from fmu.law_code import write_law
 from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
+from fmu.sources import SHARED, build_description, list_sources, source_files
 from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
+from rotorsim.base.files import write_text
 from rotorsim.base.units import MPA, TO_RPM
 from rotorsim.control import Law, load_law
 from rotorsim.machine.limits import check_speed, speed_limit
@@ -87,31 +90,46 @@ def law_unit(given: Law | str | Path, speed: float | None = None, pressure: floa
 
 @dataclass(frozen=True)
 class Platform:
-    """A platform; `folder2` and `folder3` are its folders below ``binaries`` in FMI 2.0 and 3.0."""
+    """A platform; `folder2` and `folder3` are its folders below ``binaries`` in FMI 2.0 and 3.0.
+
+    `cpu` and `features` are the oldest processor that its code is for.
+    """
 
     name: str
     triple: str
     zig: str
     folder2: str
     folder3: str
-    suffix: str
+    suffix: str = ".so"
+    cpu: str = "x86-64"
+    features: str = ""
+
+    @property
+    def linux(self) -> bool:
+        """Whether it is a Linux."""
+        return self.name.endswith("linux")
 
 
 TARGETS = {
     t.name: t
     for t in (
-        Platform("x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", ".so"),
+        Platform("x86_64-linux", "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", "linux64", "x86_64-linux"),
         Platform("x86_64-windows", "x86_64-pc-windows-gnu", "x86_64-windows-gnu", "win64", "x86_64-windows", ".dll"),
         Platform(
             "aarch64-linux", "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", "aarch64-linux", "aarch64-linux",
-            ".so",
+            cpu="generic",
         ),
         Platform(
             "x86_64-darwin", "x86_64-apple-macosx11.0.0", "x86_64-macos.11.0", "darwin64", "x86_64-darwin", ".dylib"
         ),
         Platform(
             "aarch64-darwin", "arm64-apple-macosx11.0.0", "aarch64-macos.11.0", "aarch64-darwin", "aarch64-darwin",
-            ".dylib",
+            ".dylib", "generic",
+        ),
+        Platform("x86-linux", "i686-unknown-linux-gnu", "x86-linux-gnu.2.17", "linux32", "x86-linux", cpu="pentium4"),
+        Platform(
+            "aarch32-linux", "armv7-unknown-linux-gnueabihf", "arm-linux-gnueabihf.2.17", "aarch32-linux",
+            "aarch32-linux", cpu="generic", features="+vfp3d16",
         ),
     )
 }  # fmt: skip
@@ -138,7 +156,6 @@ def choose(names: str) -> tuple[Platform, ...]:
     return tuple(target for target in TARGETS.values() if target.name in chosen)
 
 
-SHARED = ("unit.c", "values.c", "state.c", "fmi2.c", "fmi3.c", "tables.c")
 FLAGS = ("-std=c11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-g0", "-s", "-Wall")
 GNU = ("-Wl,--build-id=none", "-Wl,--gc-sections", "-Wl,-z,noexecstack")
 EXTRA = "pip install 'rotorsim[fmu]'"
@@ -173,8 +190,7 @@ def _jobs(targets: Sequence[Platform], cpu: str) -> dict[str, ObjectTarget]:
     """Processor of each target by its name: this computer's own where `cpu` is native, else the oldest of its kind."""
     found = {}
     for target in targets:
-        oldest = "generic" if target.name.startswith("aarch64") else "x86-64"
-        found[target.name] = ObjectTarget(target.triple, oldest)
+        found[target.name] = ObjectTarget(target.triple, target.cpu, target.features)
         if cpu == "native" and target == host():
             found[target.name] = replace(host_target("native"), triple=target.triple)
     return found
@@ -198,7 +214,21 @@ def write_sources(unit: Unit, jobs: Mapping[str, ObjectTarget], folder: Path) ->
         (folder / name).write_text(content, encoding="utf-8")
     for file in (Path(__file__).parent / "c").iterdir():
         shutil.copy(file, folder)
-    return (*SHARED, unit.core)
+    return (*SHARED, "fmi2.c", "fmi3.c", *unit.core)
+
+
+def write_assembly(unit: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> dict[str, bytes]:
+    """Assembly of a plant's kernels by its files, for the targets and every Linux; none of another unit.
+
+    The objects of the targets are compiled with it, in one go.
+    """
+    if not isinstance(unit, PlantUnit):
+        return {}
+    known = [target for target in TARGETS.values() if target.linux or target in targets]
+    jobs = {f"kernels_{name}": replace(job, assembly=True) for name, job in _jobs(known, "portable").items()}
+    both = jobs | _jobs(targets, cpu)
+    write_objects(unit.plant.machine.text, unit.assembly.module.__name__, unit.modules, both, folder)
+    return {name: (folder / f"{name}.s").read_bytes() for name in jobs}
 
 
 def build(model: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> dict[str, Path]:
@@ -211,11 +241,10 @@ def build(model: Unit, targets: Sequence[Platform], cpu: str, folder: Path) -> d
 
 def _link(target: Platform, command: Sequence[str], headers: Path, sources: Sequence[str], folder: Path) -> Path:
     library = folder / f"{target.name}{target.suffix}"
-    linux = target.name.endswith("linux")
     kernels = [f"{target.name}.o"] if (folder / f"{target.name}.o").is_file() else []
     arguments = [
-        *command, *FLAGS, *(GNU if linux else ()), "-I.", f"-I{headers}", *sources, *kernels, "-o", library.name,
-        *(("-lm",) if linux else ()),
+        *command, *FLAGS, *(GNU if target.linux else ()), "-I.", f"-I{headers}", *sources, *kernels, "-o", library.name,
+        *(("-lm",) if target.linux else ()),
     ]  # fmt: skip
     try:
         done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True)
@@ -258,8 +287,11 @@ def export(
     targets: Sequence[Platform],
     cpu: str = "portable",
     announce: Callable[[str], None] | None = None,
+    with_sources: bool = False,
 ) -> dict[int, Path]:
     """Write the .fmu files and return where they are; `announce` is given a sentence before kernels are compiled.
+
+    `with_sources` puts the unit's sources next to its binaries.
 
     Raises DataError for what cannot be written or compiled, NoLiftOffError where the plant has no equilibrium to start
     from.
@@ -275,6 +307,7 @@ def export(
     if host() not in targets:
         _try_start(model)
     with workspace() as folder:
+        assembly = write_assembly(model, targets, cpu, folder) if with_sources else {}
         libraries = {name: file.read_bytes() for name, file in build(model, targets, cpu, folder).items()}
         reference = None
         if host() in targets:
@@ -283,7 +316,30 @@ def export(
             reference = _reference(model, trial)
     for version, path in paths.items():
         more = contents(model, version, reference, [t.name for t in targets], cpu)
-        write_archive(path, core(model, version, targets, libraries) | more)
+        if with_sources:
+            more |= source_files(model, version, fmi_headers(), assembly)
+            if version == 3:
+                more["sources/buildDescription.xml"] = text(build_description(model)).encode()
+        write_archive(path, core(model, version, targets, libraries, with_sources) | more)
+    return paths
+
+
+def code_names(out: Path) -> tuple[Path, Path]:
+    """Header and source of a law for a microcontroller: `out` with the endings .h and .c in place of its own."""
+    stem = out.with_suffix("") if out.suffix.lower() in (".c", ".h", ".fmu") else out
+    return stem.with_name(f"{stem.name}.h"), stem.with_name(f"{stem.name}.c")
+
+
+def export_code(unit: LawUnit, out: Path, precision: str = "float64") -> tuple[Path, Path]:
+    """Write a law as C99 without FMI, a header and a source named after the law, and return where they are.
+
+    Raises DataError for a precision that the law cannot have, and where the files cannot be written.
+    """
+    paths = code_names(out)
+    texts = write_law(unit.law, identifier(unit), paths[0].stem, precision)
+    for path, content in zip(paths, texts, strict=True):
+        check_place(path)
+        write_text(path, content)
     return paths
 
 
@@ -303,9 +359,14 @@ def _try_start(model: Unit) -> None:
         model.plant.equilibrium(model.speed, model.pressure)
 
 
-def core(model: Unit, version: int, targets: Sequence[Platform], libraries: dict[str, bytes]) -> dict[str, bytes]:
+def core(
+    model: Unit, version: int, targets: Sequence[Platform], libraries: dict[str, bytes], with_sources: bool = False
+) -> dict[str, bytes]:
     """Parts of an archive that are needed to run it: description and binaries."""
-    found = {"modelDescription.xml": text(DESCRIPTIONS[version](model)).encode()}
+    root = DESCRIPTIONS[version](model)
+    if with_sources and version == 2:
+        list_sources(root, model)
+    found = {"modelDescription.xml": text(root).encode()}
     for target in targets:
         folder = target.folder2 if version == 2 else target.folder3
         found[f"binaries/{folder}/{identifier(model)}{target.suffix}"] = libraries[target.name]

@@ -25,6 +25,7 @@ import numpy as np
 from fmu.archive import ROWS, temporary_error
 from fmu.linear_units import LawUnit
 from fmu.model import PlantUnit, Unit
+from fmu.sources import oldest_library
 from fmu.variables import UnitVariable
 from rotorsim.base.errors import DataError
 from rotorsim.base.input_files import parse_json, read_archive, unpack
@@ -255,6 +256,8 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
     if listed is None:
         raise KeyError("it has no ModelVariables")
     causalities = [v.get("causality", "local") for v in listed]
+    asked = [oldest_library(content) for name, content in files.items() if name.endswith(".so")]
+    glibc = max((v for v in asked if v), key=lambda v: tuple(map(int, v.split("."))), default=None)
     return {
         "FMI version": root.get("fmiVersion"),
         "name": root.get("modelName"),
@@ -268,6 +271,8 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
         "outputs": causalities.count("output"),
         "parameters": causalities.count("parameter"),
         "reference": "yes" if any(n.endswith("/out.csv") for n in files) else "no",
+        "sources": "yes" if any(n.startswith("sources/") for n in files) else "no",
+        **({"needs": f"glibc {glibc} or later"} if glibc else {}),
     }
 
 

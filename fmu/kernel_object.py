@@ -56,17 +56,23 @@ class KernelExportError(RotorsimError):
 
 @dataclass(frozen=True)
 class ObjectTarget:
-    """LLVM triple, processor and features of one object file."""
+    """LLVM triple, processor and features of one object file, or of its assembly."""
 
     triple: str
     cpu: str = ""
     features: str = ""
+    assembly: bool = False
+
+    @property
+    def suffix(self) -> str:
+        """Ending of its file."""
+        return ".s" if self.assembly else ".o"
 
 
 def write_objects(
     machine_text: str, kernels: str, modules: Sequence[str], jobs: dict[str, ObjectTarget], folder: Path
 ) -> None:
-    """Write ``folder/NAME.o`` for every job; `modules` are imported first, because they register effects.
+    """Write ``folder/NAME.o``, or NAME.s, for every job; `modules` are imported first, because they register effects.
 
     `kernels` names what is compiled (a hash of all sources): objects are kept in the user's cache under it, because
     other values of parameters do not change them. Raises KernelExportError with the last line of the child's error.
@@ -78,9 +84,9 @@ def write_objects(
         file = _kept(kernels, target)
         if name in missing:
             with suppress(WriteError):  # the cache saves time and nothing else
-                write_bytes(file, (folder / f"{name}.o").read_bytes())
+                write_bytes(file, (folder / f"{name}{target.suffix}").read_bytes())
         else:
-            shutil.copy(file, folder / f"{name}.o")
+            shutil.copy(file, folder / f"{name}{target.suffix}")
 
 
 def to_compile(kernels: str, jobs: Mapping[str, ObjectTarget]) -> dict[str, ObjectTarget]:
@@ -91,7 +97,7 @@ def to_compile(kernels: str, jobs: Mapping[str, ObjectTarget]) -> dict[str, Obje
 def _kept(kernels: str, target: ObjectTarget) -> Path:
     """Folder that keeps an object, named by everything that it depends on."""
     words = (kernels, repr(target), version("numba"), version("llvmlite"), Path(__file__).read_text(encoding="utf-8"))
-    return in_cache("objects") / f"{hashlib.sha256(repr(words).encode()).hexdigest()[:32]}.o"
+    return in_cache("objects") / f"{hashlib.sha256(repr(words).encode()).hexdigest()[:32]}{target.suffix}"
 
 
 def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTarget], folder: Path) -> None:
@@ -100,7 +106,7 @@ def _compile(machine_text: str, modules: Sequence[str], jobs: dict[str, ObjectTa
         "machine": machine_text,
         "modules": list(modules),
         "path": sys.path,
-        "jobs": {name: [job.triple, job.cpu, job.features] for name, job in jobs.items()},
+        "jobs": {name: [job.triple, job.cpu, job.features, job.assembly] for name, job in jobs.items()},
         "folder": str(folder),
     }
     with workspace() as cache:
@@ -133,9 +139,9 @@ def _child() -> None:
     link_only()
     assembly = assemble(Machine.from_text(request["machine"]))
     ir = entry_ir(assembly.module.serve, serve_signature(assembly), ENTRY)
-    for name, (triple, cpu, features) in request["jobs"].items():
-        target = ObjectTarget(triple, cpu, features)
-        (Path(request["folder"]) / f"{name}.o").write_bytes(emit(ir, ENTRY, target))
+    for name, words in request["jobs"].items():
+        target = ObjectTarget(*words)
+        (Path(request["folder"]) / f"{name}{target.suffix}").write_bytes(emit(ir, ENTRY, target))
 
 
 def _main() -> None:
@@ -164,7 +170,7 @@ def entry_ir(dispatcher: Any, arguments: tuple[Any, ...], name: str) -> str:
 
 
 def emit(ir: str, name: str, target: ObjectTarget) -> bytes:
-    """Object code of a module of which only the function `name` stays visible, and hidden at that."""
+    """Object code, or assembly, of a module of which only the function `name` stays visible, and hidden at that."""
     import llvmlite.binding as llvm
 
     llvm.initialize_all_targets()
@@ -181,7 +187,7 @@ def emit(ir: str, name: str, target: ObjectTarget) -> bytes:
     options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
-    code: bytes = machine.emit_object(module)
+    code: bytes = machine.emit_assembly(module).encode() if target.assembly else machine.emit_object(module)
     _check_symbols(module, name)
     return code
 

@@ -20,15 +20,15 @@ from itertools import combinations
 
 import numpy as np
 
-from fmu.model import Unit, fingerprint, numbers, runs
+from fmu.law_code import LawCode
+from fmu.model import Unit, fingerprint, numbers
 from fmu.variables import UnitVariable
 from identification.local.blackbox import FullStateSpace
 from identification.local.greybox import STRUCTURES
 from identification.lpv_model import LpvModel
 from rotorsim.base.units import RIG_SAMPLE
-from rotorsim.control import Law, guard
+from rotorsim.control import Law
 from rotorsim.control.guard import SENTENCES
-from rotorsim.control.law_kernel import FIRST_BLOCK, TURN
 
 INPUTS = ("meas.disc_x", "meas.disc_y", "meas.speed", "meas.pressure")
 ANGLE = "meas.angle"
@@ -36,19 +36,6 @@ ANGLE = "meas.angle"
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
 ALARM = "law.alarm"
 CODES = "; ".join(f"{code:g}: {sentence}" for code, sentence in SENTENCES.items())
-FAULTS = ("SENSOR", "POINT", "OVERFLOW", "JUMP", "STUCK", "POINT_FAR", "RANGE", "CONNECTION", "UNSTEADY", "ANGLE")
-LAYOUT = ("B", "C", "D", "W", "x", "new", "centre", "sums", "done", "guard", "checks", "seen", "pn", "pspeeds",
-          "ppressures", "pB", "pC", "pL", "pS", "psize", "pblock", "px", "pnew", "evidence",
-          "runout", "angles")  # fmt: skip
-"""Offsets of a law's layout that its C file uses."""
-KEPT = ("OUT", "BEGIN", "BAD", "BACK", "SPAN", "ALARM", "LAST", "LOST", "STEP")
-SEEN = ("SEEN", "GOOD", "SAME", "CHANGED", "AT", "COUNT", "FRESH", "AWAY", "REST", "REASON", "LENGTH", "SINCE",
-        "RETURNS", "KNOWN", "OTHER", "HELD")  # fmt: skip
-"""Offsets in the memories of the guard and of its checks of plausibility."""
-CONSTANTS = ("HOLD", "QUICK", "SLOW", "LEAST", "FARTHEST", "NU", "DOUBT", "MISSED", "LATELY", "WAYS", "GLITCH",
-             "ACCEPTED", "OFTEN", "FORGOTTEN", "ARMED", "REFRESHED",
-             "WOUND")  # fmt: skip
-PAUSES = {"PAUSE_FIRST": guard.PAUSE, "PAUSE_MOST": guard.MOST, "PAUSE_SETTLED": guard.SETTLED}
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +46,7 @@ class LawUnit(Unit):
     speed: float = 0.0
     pressure: float = 0.3e6
     chosen_name: str = ""
-    core = "law.c"
+    core = ("law.c", "control_law.c")
     continuous = False
 
     @property
@@ -113,27 +100,16 @@ class LawUnit(Unit):
         return {name: seen[name] for name in self.inputs}
 
     def defines(self) -> dict[str, object]:
-        """Sizes and offsets of the law's table and memory, and the numbers of its guard."""
-        law, L = self.law, self.law.layout
+        """Sizes of the law's tables and the numbers of its guard; a law without FMI has the same."""
+        code = LawCode(self.law)
         return {
-            "N_INPUTS": len(self.inputs), "N_OUT": len(OUTPUTS) + 1, "N_W": L.size, "N_RUNS": len(runs(rested(law))),
-            "N_TABLE": law.table.size, "N_AXES": law.axes.size, "N_SPEEDS": L.speeds, "N_PRESSURES": L.pressures,
-            "ORDER": L.n, "BLOCK": L.block, "SETTINGS": numbers(np.array(law.settings)), "GUARDED": 1,
-            "FADE_OUT": guard.FADE, "FIRST_BLOCK": FIRST_BLOCK, **PAUSES, "TURN": TURN.hex(),
-            **{f"L_{name.upper()}": getattr(L, name) for name in LAYOUT},
-            **{f"FAULT_{name}": getattr(guard, name) for name in FAULTS},
-            **{f"G_{name}": getattr(guard, name) for name in KEPT},
-            **{f"M_{name}": getattr(guard, name) for name in SEEN},
-            **{name: getattr(guard, name) for name in vars(guard) if name in CONSTANTS or name.startswith("T_")},
+            "N_INPUTS": len(self.inputs), "N_OUT": len(OUTPUTS) + 1, "N_W": "(sizeof(law_memory) / sizeof(double))",
+            "GUARDED": 1, "LAW_TESTED": 0, **code.sizes(), **code.constants(),
         }  # fmt: skip
 
     def arrays(self) -> dict[str, Iterable[str]]:
-        """Memory at rest, table and axes."""
-        return {
-            "Run initial_runs[N_RUNS]": (f"{{{n}, {x.hex()}}}" for n, x in runs(rested(self.law))),
-            "double law_table[N_TABLE]": (float(x).hex() for x in self.law.table),
-            "double law_axes[N_AXES]": (float(x).hex() for x in self.law.axes),
-        }
+        """Memory before the first sample, and the law's tables."""
+        return {"Run initial_runs[N_RUNS]": ["{N_W, 0.0}"], **LawCode(self.law).arrays()}
 
 
 def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
@@ -149,12 +125,6 @@ def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
         yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
     doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
     yield UnitVariable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
-
-
-def rested(law: Law) -> np.ndarray:
-    """The memory (size,) of a law that has seen nothing yet."""
-    at_rest = law.with_()
-    return at_rest.memory
 
 
 def answered(law: Law, inputs: dict[str, np.ndarray], per: int = 1) -> np.ndarray:
@@ -181,7 +151,7 @@ class LinearUnit(Unit):
     speed: float
     pressure: float
     chosen_name: str = ""
-    core = "linear.c"
+    core = ("linear.c",)
 
     @property
     def unit_name(self) -> str:

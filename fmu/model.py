@@ -50,8 +50,8 @@ class Unit(Protocol):
     """Interface of every kind of unit."""
 
     @property
-    def core(self) -> str:
-        """C file that holds what the unit does."""
+    def core(self) -> tuple[str, ...]:
+        """C files that hold what the unit does."""
 
     @property
     def unit_name(self) -> str:
@@ -147,7 +147,7 @@ class PlantUnit(Unit):
     speed: float
     pressure: float
     chosen_name: str = ""
-    core = "plant.c"
+    core = ("plant.c",)
     continuous = False
 
     @property

@@ -6,3 +6,5 @@ from .bearing import (
 )
 from .grid import FilmError as FilmError
 from .injector import Injector as Injector
+from .sleeve import RingFeed as RingFeed, SpiralGrooves as SpiralGrooves
+from .thrust import GasThrustBearing as GasThrustBearing, SteadyThrust as SteadyThrust

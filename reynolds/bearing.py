@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from reynolds import kernels
 from reynolds.grid import FilmError, FilmGrid, Layout, cells
 from reynolds.injector import Injector
-from reynolds.perturbation import common_kernels, dynamic_stiffness, linear_film
+from reynolds.perturbation import LinearFilm, common_kernels, dynamic_stiffness, linear_film, tilted_film
 from reynolds.sleeve import PLAIN, Sleeve
 from reynolds.transient import GAMMA, MID, STAGE, settle_film
 from reynolds.workspace import FilmGas, FilmModel, interval_pressure
@@ -158,14 +158,32 @@ class GasBearing:
         (2, 2, 2)
         """
         w, F, _ = self._solve(journal, speed, supply_pressure, pins)
-        omega = np.atleast_1d(np.asarray(whirl_frequency, float))
         film = linear_film(self.model, self._built[0], w, self._built[2], F, speed, common_kernels(self._built[0]))
-        Z = np.stack([dynamic_stiffness(film, value) for value in omega])
-        rate = np.where(omega == 0, 1.0, omega)[:, None, None]
-        C = Z.imag / rate
-        for i in np.flatnonzero(omega == 0):
-            C[i] = dynamic_stiffness(film, 1e-3).imag / 1e-3
-        return Coefficients(Z.real, C, omega)
+        return _over_frequency(film, whirl_frequency)
+
+    def tilt_coefficients(
+        self,
+        journal: ArrayLike = (0.0, 0.0),
+        speed: float = 0.0,
+        whirl_frequency: ArrayLike = 0.0,
+        supply_pressure: float = 0.0,
+        pins: ArrayLike | None = None,
+    ) -> Coefficients:
+        """K [N m/rad] and C [N m s/rad] (n_freq, 2, 2) of the moment against tilts (dX/dz, dY/dz) of the journal.
+
+        The moment is the integral of z times the force; the whole film is solved. Raises FilmError as `steady`, and for
+        pockets and for lobes that jump.
+
+        Examples
+        --------
+        >>> bearing.tilt_coefficients((5e-6, 0.0), 600.0, [0.0, 300.0]).K.shape
+        (2, 2, 2)
+        """
+        whole = replace(self, symmetric=False)
+        w, F, _ = whole._solve(journal, speed, supply_pressure, pins)
+        layout, _, ix = whole._built
+        film = tilted_film(whole.model, layout, w, ix, F, speed, common_kernels(layout))
+        return _over_frequency(film, whirl_frequency)
 
     def march(
         self,
@@ -265,6 +283,16 @@ class GasBearing:
             p_max=float(w[layout.p + cells(layout)].max()),
             converged=converged,
         )
+
+
+def _over_frequency(film: LinearFilm, frequency: ArrayLike) -> Coefficients:
+    """K and C at frequencies [rad/s]; the damping at 0 is that of the slowest motion."""
+    omega = np.atleast_1d(np.asarray(frequency, float))
+    Z = np.stack([dynamic_stiffness(film, value) for value in omega])
+    C = Z.imag / np.where(omega == 0, 1.0, omega)[:, None, None]
+    for i in np.flatnonzero(omega == 0):
+        C[i] = dynamic_stiffness(film, 1e-3).imag / 1e-3
+    return Coefficients(Z.real, C, omega)
 
 
 def _apart(gap: float) -> None:

@@ -349,7 +349,7 @@ def smallest_gap(w, L, number, mean):
 @view
 def slip_length(w, L, p):
     """6 lambda [m] of the gas at pressure p [Pa], 0 for one that does not slip; w[slip] is 6 lambda p."""
-    return w[L.slip] / p if L.rarefied == 1 else 0.0
+    return w[L.slip] / p
 
 
 @view

@@ -64,7 +64,6 @@ class Layout(NamedTuple):
     n_rows: int
     stride: int
     half: int
-    rarefied: int
     foil: int
     strips: int
     textured: int
@@ -297,13 +296,13 @@ class FilmGrid:
 
 
 def make_layout(
-    grid: FilmGrid, source_sizes: list[int], reader_sizes: list[int], rarefied: bool = False,
+    grid: FilmGrid, source_sizes: list[int], reader_sizes: list[int],
     foil: bool = False, texture: Texture | None = None, edges: int = 0, strips: bool = False,
 ) -> Layout:  # fmt: skip
     """Lay the film's arrays out; sizes are the footprint cells of each injector, `edges` those of lobes and pockets.
 
-    A film whose gap is not smooth has a `texture`. A `rarefied` film slips at the walls by w[slip]; mu and slip stand
-    in the workspace because effects change them, and the injectors' law so that both share their machine code.
+    A film whose gap is not smooth has a `texture`. mu and slip stand in the workspace because effects change them, and
+    the injectors' law so that both share their machine code.
     """
     rows, stride, n_inj = grid.n_rows, grid.n_rows + (1 if grid.half else 2), len(source_sizes)
     first = _round(8 + stride)
@@ -346,8 +345,8 @@ def make_layout(
         "n_integers": 2 * starts + sum(source_sizes) + sum(reader_sizes) + 1,
     }  # fmt: skip
     return Layout(
-        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), rarefied=int(rarefied),
-        foil=int(foil), strips=int(strips), textured=int(textured), grooved=int(form.grooved), n_steps=form.steps,
+        n_theta=grid.n_theta, n_rows=rows, stride=stride, half=int(grid.half), foil=int(foil),
+        strips=int(strips), textured=int(textured), grooved=int(form.grooved), n_steps=form.steps,
         pieces=form.pieces, n_inj=n_inj, n_border=borders, length=length, span=span,
         first=first, size=at, **offsets, **integers,
     )  # fmt: skip

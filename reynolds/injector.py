@@ -26,6 +26,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -189,6 +190,10 @@ def orifice_flow(pressure, supply, conductance, table):
 Entry = tuple[int, int, float]
 
 
+PATCH = 24
+"""Cells from the centre of the patch around an injector to its rim."""
+
+
 @dataclass(frozen=True)
 class Footprint:
     """An injector on the grid, as lists of (line, row, weight).
@@ -224,16 +229,16 @@ def footprint(grid: FilmGrid, injector: Injector) -> Footprint:
 def _area_weights(grid: FilmGrid, injector: Injector, samples: int = 400) -> dict[tuple[int, int], float]:
     """Share of the orifice's disc in each cell; keys (line, axial node counted from the left edge)."""
     radius = injector.orifice_diameter / 2
-    s = (np.arange(samples) + 0.5) / samples * 2 - 1
-    y, z = np.meshgrid(s * radius, s * radius, indexing="ij")
-    inside = y**2 + z**2 <= radius**2
-    line = np.rint((injector.angle * grid.radius + y[inside]) / grid.dy).astype(int) % grid.n_theta
-    node = np.rint((injector.offset + grid.length / 2 + z[inside]) / grid.dz).astype(int)
-    first, wide = node.min(), int(np.ptp(node)) + 1  # one number for a pair: pairs are sorted twenty times slower
-    pairs, counts = np.unique(line * wide + (node - first), return_counts=True)
-    return {
-        (int(p // wide), int(p % wide + first)): float(n) / inside.sum() for p, n in zip(pairs, counts, strict=True)
-    }
+    s = ((np.arange(samples) + 0.5) / samples * 2 - 1) * radius
+    inside = s[:, None] ** 2 + s**2 <= radius**2
+    line = np.rint((injector.angle * grid.radius + s) / grid.dy).astype(int) % grid.n_theta
+    node = np.rint((injector.offset + grid.length / 2 + s) / grid.dz).astype(int)
+    lines, nodes = (np.flatnonzero(np.diff(one, prepend=one[0] - 1)) for one in (line, node))
+    counts = np.add.reduceat(np.add.reduceat(inside, nodes, axis=1, dtype=int), lines, axis=0)
+    total = inside.sum()
+    cells = sorted((int(line[i]), int(node[j]), float(n)) for i, row in zip(lines, counts, strict=True)
+                   for j, n in zip(nodes, row, strict=True) if n)  # fmt: skip
+    return {(i, j): n / total for i, j, n in cells}
 
 
 def _neighbours(grid: FilmGrid, i: int, j: int) -> list[tuple[tuple[int, int], float]]:
@@ -252,15 +257,11 @@ def subgrid_correction(grid: FilmGrid, injector: Injector, spread: dict[tuple[in
     The discrete source is solved on a patch whose rim carries the exact logarithm; in the continuum the mean over a
     uniform disc source is 1/(8 pi) above the rim of the disc.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.linalg import spsolve
-
-    half = 24
-    n = 2 * half + 1
+    half = PATCH
     keys = np.array(list(spread))
     centre = (int(np.rint(injector.angle * grid.radius / grid.dy)), int(np.rint(injector.offset / grid.dz)))
     shift = (injector.angle * grid.radius - centre[0] * grid.dy, injector.offset - centre[1] * grid.dz)
-    a, b = np.meshgrid(np.arange(n) - half, np.arange(n) - half, indexing="ij")
+    a, b = np.meshgrid(np.arange(-half, half + 1), np.arange(-half, half + 1), indexing="ij")
     distance = np.hypot(a * grid.dy - shift[0], b * grid.dz - shift[1])
     rim = (np.abs(a) == half) | (np.abs(b) == half)
     exact = -np.log(np.maximum(distance, 1e-12) / (injector.orifice_diameter / 2)) / (2 * np.pi)
@@ -269,18 +270,26 @@ def subgrid_correction(grid: FilmGrid, injector: Injector, spread: dict[tuple[in
     node = keys[:, 1] - centre[1] - grid.n_z // 2 + half
     weight = np.array(list(spread.values()))
     np.add.at(rhs, (line, node), weight)
+    q = _patch(grid.dz / grid.dy, grid.dy / grid.dz).solve(rhs.ravel()).reshape(rhs.shape)
+    return float(1 / (8 * np.pi) - weight @ q[line, node])
+
+
+@lru_cache(maxsize=16)
+def _patch(theta: float, axial: float) -> Any:
+    """Factors of the discrete -Laplacian of a patch, which all injectors of a grid share; the identity on its rim."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import splu
+
+    n = 2 * PATCH + 1
     index = np.arange(n * n).reshape(n, n)
     inner = index[1:-1, 1:-1].ravel()
-    theta, axial = grid.dz / grid.dy, grid.dy / grid.dz
-    entries = [(inner, inner, 2 * (theta + axial))]
+    rim = np.setdiff1d(index, inner)
+    entries = [(inner, inner, 2 * (theta + axial)), (rim, rim, 1.0)]
     entries += [(inner, index[2:, 1:-1].ravel(), -theta), (inner, index[:-2, 1:-1].ravel(), -theta)]
     entries += [(inner, index[1:-1, 2:].ravel(), -axial), (inner, index[1:-1, :-2].ravel(), -axial)]
-    entries += [(index[rim], index[rim], 1.0)]
-    rows = np.concatenate([e[0] for e in entries])
-    cols = np.concatenate([e[1] for e in entries])
-    vals = np.concatenate([np.full(e[0].size, e[2]) for e in entries])
-    q = spsolve(coo_matrix((vals, (rows, cols))).tocsc(), rhs.ravel()).reshape(n, n)
-    return float(1 / (8 * np.pi) - weight @ q[line, node])
+    rows, columns = (np.concatenate([e[k] for e in entries]) for k in (0, 1))
+    values = np.concatenate([np.full(e[0].size, e[2]) for e in entries])
+    return splu(coo_matrix((values, (rows, columns))).tocsc())
 
 
 def _fold(grid: FilmGrid, full: dict[tuple[int, int], float], source: bool) -> list[tuple[int, int, float]]:

@@ -22,7 +22,7 @@ from scipy import sparse
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
-from reynolds.grid import Layout, cells
+from reynolds.grid import FilmError, Layout, cells
 from reynolds.newton import gap_terms, linear_terms
 from reynolds.workspace import FilmModel
 
@@ -178,6 +178,35 @@ def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndar
 
     S = np.concatenate([film.S, np.full(lines, time)])
     return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), np.hstack([film.F_y, F_w]))
+
+
+def tilted_film(
+    model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float, kernels: Kernels
+) -> LinearFilm:
+    """Film whose J_X, S_X are those of a journal that tilts by (dX/dz, dY/dz), and F_y q its moment, of a whole film.
+
+    A gap that changes by z times as much changes a balance z times as much, but for what the fluxes between nodes of
+    different z make of it.
+    """
+    if model.grid.half or model.sleeve.steps or model.sleeve.jumps:
+        raise FilmError("tilt: takes a whole film without pockets and jumps; use symmetric=False", argument="sleeve")
+    film = linear_film(model, layout, w, ix, F, speed, kernels)
+    at, half = cells(layout), model.grid.length / 2
+    n = at.size
+    z = np.broadcast_to(model.grid.dz * (1 + np.arange(layout.n_rows)) - half, at.shape)
+    beyond = z.copy()  # of what changes a balance besides the nodes: edges and injectors
+    beyond[:, 0], beyond[:, -1] = -half, half
+    w = w.copy()
+    kernels.terms(w, ix, F, speed * model.grid.radius)
+    kernels.gap(w, F, speed * model.grid.radius)
+    ring = _ring_matrix(layout, w)[:n, :n]
+    closes = -np.stack([w[layout.cos + at].ravel(), w[layout.sin + at].ravel()], axis=1)
+    states = len(film.S) - n - layout.n_inj
+    arms = np.concatenate([z.ravel(), [one.offset for one in model.injectors], np.zeros(states)])[:, None]
+    J_X = arms * film.J_X
+    J_X[:n] = ring @ (z.reshape(-1, 1) * closes) + beyond.reshape(-1, 1) * (film.J_X[:n] - ring @ closes)
+    push = np.concatenate([z.ravel(), np.zeros(layout.n_inj), np.resize(z, states)])
+    return replace(film, J_X=J_X, S_X=arms * film.S_X, F_y=film.F_y * push)
 
 
 def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:

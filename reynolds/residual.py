@@ -50,7 +50,7 @@ def fluxes(w, F, L, U):
         upwind = upwind if upwind > 0.0 else 0.0
         w[L.flow_t + k] = shear * (m + m_t) - upwind * (m_t - m) - kt * (h2 * h2 * h2) * (p_t * p_t - p * p)
         w[L.flow_z + k] = kz * w[L.link + k] * (z2 * z2 * z2) * (p * p - p_z * p_z)
-    if L.rarefied == 1:
+    if w[L.slip] > 0.0:
         slip_flow(w, L, 8.0 * kt, 8.0 * kz)
 
 
@@ -174,6 +174,30 @@ def residual(w, ix, F, L, U, iadt):
 
 
 @inlined
+def add_slip_jacobian(w, L, kt, kz):
+    """Add the part of a gas that slips to the derivatives after q."""
+    s = L.stride
+    for k in range(L.first, L.first + L.n_theta * s):
+        he = 0.5 * (w[L.h + k] + w[L.h + k + s])
+        hw = 0.5 * (w[L.h + k] + w[L.h + k - s])
+        hu = 0.5 * (w[L.h + k] + w[L.h + k + 1])
+        hd = 0.5 * (w[L.h + k] + w[L.h + k - 1])
+        a = w[L.weight + k]
+        own_e, own_u = slip_jacobian(w, L, k, he, hu, kt, kz)
+        own_w, own_d = slip_jacobian(w, L, k, hw, hd, kt, kz)
+        own_u, own_d = own_u * w[L.link + k], own_d * w[L.link + k - 1]
+        to_east, _ = slip_jacobian(w, L, k + s, he, hu, kt, kz)
+        to_west, _ = slip_jacobian(w, L, k - s, hw, hd, kt, kz)
+        _, to_up = slip_jacobian(w, L, k + 1, he, hu, kt, kz)
+        _, to_down = slip_jacobian(w, L, k - 1, hw, hd, kt, kz)
+        w[L.diag + k] += a * (own_e + own_w) + own_u + own_d
+        w[L.east + k] -= a * to_east
+        w[L.west + k] -= a * to_west
+        w[L.up + k] -= to_up * w[L.link + k]
+        w[L.down + k] -= to_down * w[L.link + k - 1]
+
+
+@inlined
 def jacobian(w, F, L, U, iadt):
     """Derivatives of the residual after q of the cell and its four neighbours, without the injectors.
 
@@ -208,19 +232,8 @@ def jacobian(w, F, L, U, iadt):
         w[L.west + k] = a * (-west_q * (shear + uw + bw) - kw)
         w[L.up + k] = -up
         w[L.down + k] = -down
-        if L.rarefied == 1:
-            own_e, own_u = slip_jacobian(w, L, k, he, hu, kt, kz)
-            own_w, own_d = slip_jacobian(w, L, k, hw, hd, kt, kz)
-            own_u, own_d = own_u * w[L.link + k], own_d * w[L.link + k - 1]
-            to_east, _ = slip_jacobian(w, L, k + s, he, hu, kt, kz)
-            to_west, _ = slip_jacobian(w, L, k - s, hw, hd, kt, kz)
-            _, to_up = slip_jacobian(w, L, k + 1, he, hu, kt, kz)
-            _, to_down = slip_jacobian(w, L, k - 1, hw, hd, kt, kz)
-            w[L.diag + k] += a * (own_e + own_w) + own_u + own_d
-            w[L.east + k] -= a * to_east
-            w[L.west + k] -= a * to_west
-            w[L.up + k] -= to_up * w[L.link + k]
-            w[L.down + k] -= to_down * w[L.link + k - 1]
+    if w[L.slip] > 0.0:
+        add_slip_jacobian(w, L, kt, kz)
 
 
 @inlined
@@ -247,8 +260,11 @@ def thickness_derivative(w, F, L, U, iadt, out):
         hz = 0.5 * (w[L.h + k] + w[L.h + k + 1])
         dz = 0.5 * (w[L.dh + k] + w[L.dh + k + 1])
         w[L.flow_z + k] = kz * w[L.link + k] * 3.0 * hz * hz * dz * (p * p - p_z * p_z)
-        if L.rarefied == 1:
-            twice = 4.0 * w[L.slip]
+    if w[L.slip] > 0.0:
+        twice = 4.0 * w[L.slip]
+        for k in range(L.first - s, L.first + L.n_theta * s):
+            hf, df = 0.5 * (w[L.h + k] + w[L.h + k + s]), 0.5 * (w[L.dh + k] + w[L.dh + k + s])
+            hz, dz = 0.5 * (w[L.h + k] + w[L.h + k + 1]), 0.5 * (w[L.dh + k] + w[L.dh + k + 1])
             w[L.flow_t + k] -= kt * twice * hf * df * (w[L.p + k + s] - w[L.p + k])
             w[L.flow_z + k] += kz * twice * w[L.link + k] * hz * dz * (w[L.p + k] - w[L.p + k + 1])
     for k in range(L.first, L.first + L.n_theta * s):

@@ -1,4 +1,4 @@
-r"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil.
+r"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil; those of a thrust bearing's face.
 
 Each form is declared once: its dataclass has units, limits and sentences, from which the part of a machine file is made
 (`rotorsim.machine.part.part_of`), and its geometry. What holds for all forms asks the dataclasses (`forms`).
@@ -245,6 +245,58 @@ class Foil(SleeveForm):
         least = show(float(f"{load / (clearance * area):.1g}"), "N/m^3")
         bent = show(float(f"{load / (self.stiffness * area):.2g}"), "m")
         return f"the load bends the foil by {bent}; give a foil well above '{least}'"
+
+
+@dataclass(frozen=True)
+class SpiralGrooves:
+    """Logarithmic spirals from one edge of a thrust film, before a ring without grooves, the land.
+
+    They pump as stated when the shaft turns from x to y, the other way when it turns from y to x.
+
+    Examples
+    --------
+    >>> from reynolds.sleeve import SpiralGrooves
+    >>> SpiralGrooves(15e-6, 0.6, 0.3, 4e-3).pumps
+    'inwards'
+    """
+
+    pumps: Literal["inwards", "outwards"] = field(
+        default="inwards", kw_only=True,
+        metadata={"doc": "Where they pump to for a positive speed: 'inwards' or 'outwards'; the land is at that edge."},
+    )  # fmt: skip
+    depth: float = number("m", "Depth of a groove.", above=0, high=1e-3, example=15e-6)
+    share: float = number("1", "Share of the circumference that is groove.", above=0, high=0.95, example=0.6)
+    angle: float = number("rad", "Angle between grooves and circumference.", above=0, high=1.55, example=0.3)
+    land: float = number("m", "Width of the ring without grooves.", 0.0, low=0, high=10, example=4e-3)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Conflicts between its values: none."""
+        return iter(())
+
+
+@dataclass(frozen=True)
+class RingFeed:
+    """Orifices between the supply and the inner edge of a thrust film.
+
+    Examples
+    --------
+    >>> from reynolds.sleeve import RingFeed
+    >>> round(1e6 * RingFeed(8, 0.2e-3).open_area, 3)
+    0.201
+    """
+
+    count: float = number("1", "Number of orifices.", low=1, high=64, multiple=1, example=8)
+    diameter: float = number("m", "Diameter of an orifice.", above=0, high=0.01, example=0.2e-3)
+    discharge: float = number("1", "Discharge coefficient of an orifice.", 0.8, above=0, high=2)
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Conflicts between its values: none."""
+        return iter(())
+
+    @property
+    def open_area(self) -> float:
+        """Discharge coefficient times area of all orifices [m^2]."""
+        return self.count * self.discharge * pi / 4 * self.diameter**2
 
 
 @dataclass(frozen=True)

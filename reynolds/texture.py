@@ -71,7 +71,7 @@ def flux_along(w, L, k, U, h, p, dy, dz, jump, step, mu, slip, grooved):
     `jump` is the change of p over the face, which the flux is blended with where the cell number exceeds 2. Of the
     film: `step` [m] along the circumference, viscosity, slip [Pa m] and `grooved`.
     """
-    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip / p if L.rarefied == 1 else 0.0)
+    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip / p)
     cc, sc = w[L.cos_squared + k], w[L.sin_cos + k]
     conductance = a * cc + b * (1.0 - cc)
     drag = s + grooved * (cc * s + (1.0 - cc) * t - s)
@@ -84,7 +84,7 @@ def flux_along(w, L, k, U, h, p, dy, dz, jump, step, mu, slip, grooved):
 @inlined
 def flux_across(w, L, k, U, h, p, dy, dz, mu, slip, grooved):
     """Axial flux of patch k; as `flux_along`."""
-    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip / p if L.rarefied == 1 else 0.0)
+    a, b, s, t = mean_flow(h, w[L.depth + k], w[L.share + k], slip / p)
     cc, sc = w[L.cos_squared + k], w[L.sin_cos + k]
     conductance = a * (1.0 - cc) + b * cc
     return 0.5 * U * grooved * sc * (s - t) * p - ((a - b) * sc * dy + conductance * dz) / (24.0 * mu)

@@ -45,8 +45,7 @@ class FilmGas:
 class FilmModel:
     """Grid, gas, clearance [m] and injectors of one film, and how they fill a workspace.
 
-    `rarefied` compiles the slip at the walls in, also where the gas does not slip. Forms of the sleeve that leave the
-    gap as it is are no forms.
+    Forms of the sleeve that leave the gap as it is are no forms.
     """
 
     grid: FilmGrid
@@ -54,7 +53,6 @@ class FilmModel:
     gas: FilmGas = FilmGas()
     injectors: tuple[Injector, ...] = ()
     h_min: float = 2.5e-7
-    rarefied: bool = False
     sleeve: Sleeve = PLAIN
 
     def __post_init__(self) -> None:
@@ -217,9 +215,8 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)
     readers = _largest([[len(one.reader) for one in p] for p in prints], count)
-    rarefied = any(f.rarefied or f.gas.mean_free_path > 0 for f in films)
     layout = make_layout(
-        first.grid, sources, readers, rarefied,
+        first.grid, sources, readers,
         foil=any(f.sleeve.foil is not None for f in films), strips=any(f.strip > 0 for f in films),
         texture=_texture([f.sleeve for f in films]),
         edges=max(len(f.stretches) for f in films) - first.grid.n_theta,

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rotorsim.base.display import VisibleStream
-from rotorsim.base.errors import NoCache, NotCarried, OtherMachine, PackageLeftOut, RotorsimError, Unusual
+from rotorsim.base.errors import NoCache, NotCarried, OtherMachine, PackageLeftOut, RotorsimError, UnstableLaw, Unusual
 from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
 
@@ -68,7 +68,7 @@ def command(arguments: list[str], app: Any = None) -> None:
 
 def _show(usual: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Show a warning: one of ours as its sentence."""
-    if issubclass(category, (PackageLeftOut, NoCache, NotCarried, OtherMachine)):
+    if issubclass(category, (PackageLeftOut, NoCache, NotCarried, OtherMachine, UnstableLaw)):
         print(message, file=sys.stderr)
     else:
         usual(message, category, *where)

@@ -22,6 +22,7 @@ from rotorsim.base.errors import (
     OtherMachine as OtherMachine,
     PackageLeftOut as PackageLeftOut,
     RotorsimError as RotorsimError,
+    UnstableLaw as UnstableLaw,
     Unusual as Unusual,
 )
 from rotorsim.base.files import WriteError as WriteError

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MODEL_FILES = (".json", ".mat")
 Subject = Plant | Machine | LpvModel | Law | str | Path
 
-__all__ = ["check", "export", "info", "system"]
+__all__ = ["check", "export", "info", "law_code", "system"]
 
 
 def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> PlantUnit | LinearUnit | LawUnit:
@@ -56,6 +56,7 @@ def export(
     pressure: float | None = None,
     announce: Callable[[str], None] | None = None,
     name: str | None = None,
+    source: bool = False,
 ) -> dict[int, Path]:
     """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
 
@@ -78,6 +79,8 @@ def export(
         Given a sentence before kernels are compiled.
     name : str, optional
         Name of the model and of its libraries, an identifier; by default that of the subject and of its kind.
+    source : bool
+        Put the unit's sources next to its binaries.
 
     Returns
     -------
@@ -96,7 +99,24 @@ def export(
     """
     chosen = _export.versions(",".join(map(str, fmi)))
     unit = _export.named(unit_of(subject, speed, pressure), name)
-    return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce)
+    return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce, source)
+
+
+def law_code(
+    law: Law | str | Path, out: str | Path, precision: str = "float64", name: str | None = None
+) -> tuple[Path, Path]:
+    """Write a control law as C99 for a microcontroller, OUT.h and OUT.c, without FMI; returns both.
+
+    In float64 it has the bits of `Law.step`; the header states the error of float32. Names in C begin with `name`, by
+    default that of the law. Raises DataError, LawError.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> [path.name for path in rs.fmu.law_code("law.json", "law")]
+    ['law.h', 'law.c']
+    """
+    return _export.export_code(_export.named(_export.law_unit(law), name), Path(out), precision)
 
 
 def system(

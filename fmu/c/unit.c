@@ -85,6 +85,21 @@ void unit_reset(Unit *u) {
     memset(u->has_warned, 0, sizeof u->has_warned);
 }
 
+/* Whether numbers that are none are told from others, which -ffast-math gives up. A square that is exact but for its last
+   digit shows fused or extended arithmetic: right, but other bits than those of the model in Python. */
+static bool check_arithmetic(Unit *u) {
+    volatile double zero = 0.0, one = 1.0 + 0x1p-30, square = 1.0 + 0x1p-29;
+    double none = zero / zero, rest = one * one - square;
+    if (isfinite(none) || none <= 0.0 || none >= 0.0) {
+        unit_fail(u, FAILED, "this unit was compiled with -ffast-math, which takes NaN for a number; compile it without");
+        return false;
+    }
+    if (rest != 0.0)
+        unit_tell(u, WARNING, "logStatusWarning", "this unit was compiled with fused or extended arithmetic and has other "
+                                                  "last digits; -ffp-contract=off, and SSE on x86, give those of the model");
+    return true;
+}
+
 Unit *unit_create(const char *name, const char *token, bool logging, void *environment, void *callback,
                   void (*log_message)(Unit *, Outcome, const char *, const char *)) {
     Unit *u = calloc(1, sizeof *u);
@@ -103,6 +118,10 @@ Unit *unit_create(const char *name, const char *token, bool logging, void *envir
     if (!token || strcmp(token, TOKEN) != 0) {
         unit_fail(u, FAILED, "the token '%s' is not that of this unit, '%s'; take it from modelDescription.xml",
                   token ? token : "", TOKEN);
+        unit_free(u);
+        return NULL;
+    }
+    if (!check_arithmetic(u)) {
         unit_free(u);
         return NULL;
     }
@@ -144,9 +163,9 @@ Outcome unit_set_time(Unit *u, double time) {
 }
 
 bool unit_set_states(Unit *u, const double x[]) {
-    for (size_t k = 0; k < N_STATES; k++)
+    for (int k = 0; k < N_STATES; k++)
         if (!isfinite(x[k])) {
-            unit_fail(u, FAILED, "state %d = %g: not a number; take a smaller step", (int)k + 1, x[k]);
+            unit_fail(u, FAILED, "state %d = %g: not a number; take a smaller step", k + 1, x[k]);
             return false;
         }
     memcpy(u->s.w, x, N_STATES * sizeof *x);

@@ -7,6 +7,9 @@
 #include <stdint.h>
 
 #include "tables.h"
+#if GUARDED
+#include "control_law.h"
+#endif
 
 #define TO_RPM 9.549296585513721
 

@@ -6,6 +6,7 @@ A kind is stated only where the evidence agrees. A unit counts more than a name;
 - pulses of a keyphasor: two levels and even intervals;
 - a speed: slow, and in every part of the record 60, 1 or 2 pi times the frequency of the pulses, or else of the
   strongest line of the displacements, which also gives its unit;
+- an angle of the shaft: it rises, or starts anew at each turn, as fast as a speed of the file;
 - a proximity probe: a gap voltage of some -10 V that moves with the shaft;
 - a hammer: blows that stand far above a quiet signal; the axis that answers most is its direction.
 
@@ -38,7 +39,7 @@ _WORDS: dict[str, tuple[str, str]] = {
         r"^(t|time|zeit|temps|tid|tiempo|tempo|seconds?|sekunden|laufzeit|elapsed|relative time|x value|x axis( value)?"
         r"|messzeit|timestamp|zeitstempel)( (s|sec|ms|us|min))?$|^(time|zeit|temps|tid) ",
     ),
-    "disc_force": ("N", r"force\b|force|hammer|kraft|marteau|slag|martillo|martello|\bf ?[xy]\b"),
+    "disc_force": ("N", r"force|hammer|kraft|marteau|slag|martillo|martello|fuerza|forza|\bf ?[xy]\b"),
     "keyphasor": (
         "V",
         r"key ?ph|phasor|phaseur|\bkey\b|\bkph\b|\bkp\b|tach|trig|pul[s]e?\b|once|top ?tour|phasengeber"
@@ -48,14 +49,19 @@ _WORDS: dict[str, tuple[str, str]] = {
     "amplitude": ("m", r"\b\d ?x\b.*(amp|ampl|mag)|^(amp|amplitude)\b"),
     "acceleration": ("m/s^2", r"acc|accél|beschl|\ba ?[xyz]\b"),
     "velocity": ("m/s", r"\bvel(oc)?(ity)?\b|schwinggeschw|schwingschnelle|vitesse vib|svinghast"),
+    "angle": (
+        "rad",
+        r"(wellen|dreh|kurbel|rotor)?winkel|drehgeber|\bangle|angular position|position angulaire|codeur|encoder"
+        r"|[áa]ngulo|angolo|vinkel",
+    ),
     "speed": (
         "rad/s",
         r"\bk?rpm\b|rpm$|speed|drehzahl|\bomega\b|^n( hz| welle| shaft)?$|vitesse|velocidad|velocità|varvtal|omdr"
-        r"|régime|revs|rotation",
+        r"|velocita|régime|regime|revs|giri|tours? ?/? ?min|rotation",
     ),
     "pressure": (
         "Pa",
-        r"\bpress\b|pressure|pression|presión|druck|tryk|tryck|supply|zuluft|^p( \w+)?( (k|m)?pa| m?bar| psi)?$",
+        r"\bpress\b|pressure|pression|presi[óo]n|druck|tryk|tryck|supply|zuluft|^p( \w+)?( (k|m)?pa| m?bar| psi)?$",
     ),
     "reference": (
         "V",
@@ -97,6 +103,8 @@ GAP = (3.0, 22.0)
 """Mean [V] below 0 of a proximity probe."""
 LEVELS = 0.85
 """Least share of a keyphasor's samples that are near one of its two levels."""
+MOSTLY = 0.8
+"""Share of the samples between which an angle turns one way."""
 FEWEST = 512
 """Samples of a record that shows the shaft's frequency."""
 PARTS = 8
@@ -156,6 +164,7 @@ def guess_columns(table: DataTable, meaning: Callable[[str], tuple[str, str, str
     named = [_with_pulses(g, named, dt) if g.edge else g for g in named]
     shaft = _shaft(named, dt)
     found = [_checked(g, shaft) if not _own(g) else _vector(g) for g in named]
+    found = [_turning(g, found, shaft, dt) if g.kind == "angle" and not _own(g) else g for g in found]
     found = [_struck(g, found) if g.kind == "disc_force" and not _own(g) else g for g in found]
     names = Counter(g.column.name for g in found)
     return [replace(g, alone=names[g.column.name] == 1) for g in found]
@@ -444,6 +453,26 @@ def _speed(g: ColumnGuess, shaft: np.ndarray) -> ColumnGuess:
     if np.nanmax(np.abs(v)) >= RPM_FROM:
         return replace(g, unit="rpm", source="the values")
     return replace(g, kind="", why=UNSTATED)
+
+
+def _turning(g: ColumnGuess, guesses: Sequence[ColumnGuess], shaft: np.ndarray, dt: float) -> ColumnGuess:
+    """An angle that turns one way, as fast as the shaft where pulses, displacements or a speed show that."""
+    v = g.column.values
+    if not np.isfinite(v).all() or v.size < FEWEST:
+        return replace(g, kind="", why="it is no angle in every sample")
+    speeds = [o for o in guesses if o.kind == "speed" and o.unit and np.isfinite(o.column.values).all()]
+    if speeds:  # the strongest line of a sweep may be a resonance
+        turning = np.abs(speeds[0].column.values) * FACTORS["rad/s"][speeds[0].unit] / (2 * np.pi)
+        shaft = np.array([np.mean(part) for part in np.array_split(turning, PARTS)])
+    edges = np.linspace(0, v.size - 1, PARTS + 1).round().astype(int)
+    for unit in (g.unit,) if g.unit else ("rad", "deg"):
+        turned = np.unwrap(v * FACTORS["rad"][unit]) / (2 * np.pi)
+        one_way = abs(turned[-1] - turned[0]) > 1 and abs(np.sum(np.sign(np.diff(turned)))) > MOSTLY * v.size
+        rate = np.abs(np.diff(turned[edges])) / (np.diff(edges) * dt)
+        agrees = bool(np.all(np.abs(rate / shaft - 1) < MATCH)) if np.isfinite(shaft).all() else bool(g.unit)
+        if one_way and agrees:
+            return g if g.unit else replace(g, unit=unit, source="the values, as the shaft's own turning")
+    return replace(g, kind="", why="it does not turn with the shaft")
 
 
 def _probe(g: ColumnGuess, finite: np.ndarray, shaft: np.ndarray) -> ColumnGuess:

@@ -233,6 +233,8 @@ def _series(known: Sequence[ColumnGuess]) -> list[str]:
         why = "the second of its kind:" if section in seen else "the other axis is not known:" if alone else ""
         if g.kind == "disc_force" and not g.axis:
             why = "its direction is not known:"
+        if g.kind == "angle" and any(o.kind == "keyphasor" for o in known):
+            why = "the keyphasor shows the angle too:"
         seen.add(section)
         text = _entry(section, g)
         parts.append("".join(f"# {line}\n" for line in [why, *text.splitlines()]) if why else text)

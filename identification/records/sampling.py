@@ -168,7 +168,7 @@ def whole_slices(time: np.ndarray, bad: np.ndarray) -> list[slice]:
 
 LARGEST_PART = 20_000
 """Largest numerator or denominator of the ratio of two rates."""
-HELD = ("reference", "reference_external", "disc_force")
+HELD = ("reference", "reference_external", "disc_force", "base_acceleration")
 """Inputs, which a sampled model holds from one sample to the next."""
 PER_PERIOD = 2.5
 """Least samples in a period of an order: the filter passes frequencies below 0.4 of the rate."""

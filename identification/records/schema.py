@@ -102,6 +102,7 @@ VARIABLES = {
     "reference": Variable(("axis",), "V", "reference voltage of the actuators"),
     "reference_external": Variable(("axis",), "V", "reference voltage that was added to a controller's"),
     "disc_force": Variable(("axis",), "N", "external force on the disc"),
+    "base_acceleration": Variable(("axis",), "m/s^2", "acceleration of the base"),
     "pin": Variable(("injector",), "m", "pin position"),
     "pin_measured": Variable(("injector",), "m", "measured pin position"),
     "film_force": Variable(("axis",), "N", "film force on the journal"),
@@ -113,6 +114,7 @@ VARIABLES = {
     "h_min": Variable((), "m", "smallest film thickness"),
     "mass_flow": Variable((), "kg/s", "mass flow of all injectors"),
     "contact": Variable((), "1", "journal touches the sleeve"),
+    "friction_torque": Variable((), "N*m", "torque of friction in films and contacts"),
 }
 """Variables of a record by name."""
 PINS = tuple(name for name, known in VARIABLES.items() if known.dims == ("injector",))

@@ -1,4 +1,10 @@
 from .axes import Field as Field, over_fields as over_fields, read_axis as read_axis, read_field as read_field
+from .axial import (
+    AxialState as AxialState,
+    axial_forces as axial_forces,
+    axial_state as axial_state,
+    thrust_films as thrust_films,
+)
 from .calibrate import (
     Calibration as Calibration,
     calibrate as calibrate,

@@ -123,7 +123,8 @@ def along_speeds(found: ModesOverSpeed, speeds: np.ndarray, count: int) -> tuple
     for i, node in enumerate(followed.nodes):
         if node.at not in place or node.pencil is None:
             continue
-        s, orbits = node.modes.values, roundness(node.pencil, node.modes)
+        modes = found.own(node)
+        s, orbits = modes.values, roundness(node.pencil, modes)
         inside = found.region.holds(s)
         for b in (b for b, one in enumerate(number) if i in one and inside[one[i]]):
             every[b, place[node.at]], senses[b, place[node.at]] = s[number[b][i]], orbits[number[b][i]]

@@ -138,6 +138,8 @@ def _of_machine(machine: Machine) -> dict[str, list[str]]:
             "reynolds", dict.fromkeys(name for film in machine.films for name in film.sleeve.modules)
         )
         found["equilibrium"] = list(cited_by("rotorsim.plant.kernels.equilibrium_kernel"))
+    if machine.thrust_bearings:
+        found["thrust bearings"] = _cited("reynolds", ["thrust"])
     if machine.injectors:
         found["injectors"] = list(cited_by("reynolds.injector"))
     if machine.actuators is not None:

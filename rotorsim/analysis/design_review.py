@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import nan
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,8 +25,11 @@ import xarray as xr
 
 from fe_shaft.follower import Node
 from fe_shaft.modal import half_axes
+from fe_shaft.response import StaticResult, run_static, weight
+from fe_shaft.shaft import BearingElement
 from reynolds import kernels
 from rotorsim.analysis import standards
+from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
 from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
 from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
@@ -69,7 +72,12 @@ UNSEEN = 1e-9
 """Response [m, 0-pk] below which a peak is rounding."""
 TURNS = np.linspace(0, 2 * np.pi, 48, endpoint=False)
 """Angles [rad] at which the room of a journal is measured."""
-MET, MISSED, OPEN = "met", "not met", "not looked at"
+MET = "met"
+"""Verdict of a requirement that is kept."""
+MISSED = "not met"
+"""Verdict of one that is not kept."""
+OPEN = "not looked at"
+"""Verdict of one that is not known to be kept."""
 STANDARD_GRAVITY = 9.80665
 """Acceleration [m/s^2]."""
 
@@ -78,8 +86,8 @@ STANDARD_GRAVITY = 9.80665
 class CriticalSpeed:
     """A crossing of 1X: speed [rad/s], damping ratio, whirl, deflected line (`drawn_places`,) and its zeros [m].
 
-    `case` is the unbalance that drives the mode; `peak` the highest peak of the response of all probes and cases that
-    lies next to it, seen by `probe` under the unbalance `driven_by`; None where unbalance drives none.
+    `case` is the unbalance that drives the mode; `peak` the highest peak of the response, of all places looked at and
+    all cases, that lies next to it, seen at `place` under the unbalance `driven_by`; None where unbalance drives none.
     """
 
     speed: float
@@ -89,7 +97,7 @@ class CriticalSpeed:
     nodes: tuple[float, ...]
     case: str
     peak: HalfPower | None = None
-    probe: str = ""
+    place: str = ""
     driven_by: str = ""
 
     @property
@@ -145,18 +153,28 @@ class FilmState:
 
 @dataclass(frozen=True)
 class DesignCheck:
-    """A requirement: what is asked, what is found, the verdict (`MET`, `MISSED` or `OPEN`), its rule, a remark.
+    """A requirement: the limit and what is found in a unit, the verdict (`MET`, `MISSED` or `OPEN`), its rule.
 
-    `reserve` is the distance from the limit over the limit, negative where it is missed; NaN where nothing is known.
+    `sense` says that the limit is asked "at least" or "at most"; None is a number that there is not, or is not known.
+    `detail` belongs to what is found.
     """
 
     name: str
-    asked: str
-    found: str
+    sense: str
+    limit: float
+    found: float | None
+    unit: str
     verdict: str
     rule: str
+    detail: str = ""
     remark: str = ""
-    reserve: float = nan
+
+    @property
+    def reserve(self) -> float:
+        """Distance from the limit over the limit, negative beyond it; NaN where there is no number."""
+        if self.found is None or not self.limit > 0:
+            return float("nan")
+        return (self.found / self.limit - 1) * (1 if self.sense == "at least" else -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,9 +182,9 @@ class DesignReview:
     """Numbers of a design review at operating speeds `low` to `high` [rad/s] and a gauge pressure [Pa].
 
     `responses` holds the major half axis (case, speed, z) [m, 0-pk] of the shaft, `probes` the positions of the probe
-    planes by name; `decrements` (speed) the least logarithmic decrement; `modes` those that were followed over the
-    speeds. `onset` is the speed [rad/s], the frequency and whether every mode was looked for. `sensitivity` is the
-    largest one of a law, None without.
+    planes by name, `places` those at which peaks are looked for; `decrements` (speed) the least logarithmic decrement;
+    `modes` those that were followed over the speeds. `onset` is the speed [rad/s], the frequency and whether every mode
+    was looked for. `sensitivity` is the largest one of a law, None without; `axial` None without thrust bearings.
     """
 
     plant: Plant
@@ -179,6 +197,7 @@ class DesignReview:
     loads: np.ndarray
     responses: xr.Dataset
     probes: dict[str, float]
+    places: dict[str, float]
     clearances: tuple[Clearance, ...]
     scales: dict[str, float]
     decrements: xr.DataArray
@@ -190,6 +209,7 @@ class DesignReview:
     searched: tuple[float, float]
     open_speeds: tuple[tuple[float, float], ...]
     sensitivity: float | None
+    axial: AxialCurves | None
 
     @property
     def file_case(self) -> UnbalanceCase:
@@ -260,6 +280,7 @@ def design_review(
     low, high = speeds or (top_speed(plant),) * 2
     if not 0 < low <= high:
         raise DataError(f"design review: speeds from {low * TO_RPM:g} to {high * TO_RPM:g} rpm; give ascending ones")
+    axial = axial_curves(plant.machine, high, pressure, BEYOND) if plant.machine.thrust_bearings else None
     pressure = float(felt([plant.machine], [pressure])[0])
     at = np.unique([*np.linspace(0.0, BEYOND * high, STEPS + 1), low, high])
     found = modes_over_speed(plant, at, pressure, FIRST, (1,))
@@ -267,29 +288,27 @@ def design_review(
     modes = [_critical(plant, *one) for one in _crossed(found)]
     cases = _cases(plant, modes, loads, high)
     probes = _probes(plant)
+    places = _looked(plant, probes)
     gaps = list(_gaps(plant))
-    places = np.unique(np.round([*plant.assembly.mesh.nodes, *probes.values(), *(z for _, z, _ in gaps)], 9))
-    responses = _responses(plant, found, modes, cases, places, pressure, high)
+    known = np.unique(np.round([*plant.assembly.mesh.nodes, *places.values(), *(z for _, z, _ in gaps)], 9))
+    responses = _responses(plant, found, modes, cases, known, pressure, high)
     scales = _scales(responses, cases, probes, (low, high))
     films, gap, refused = _films(plant, high, pressure)
     return DesignReview(
         plant, low, high, pressure, stated,
-        tuple(_with_peaks(modes, responses, cases, probes)), cases, loads, responses, probes,
+        tuple(_with_peaks(modes, responses, cases, places)), cases, loads, responses, probes, places,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
-        _onset(plant, pressure, BEYOND * high), films, gap, refused, found, found.searched,
-        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity,
+        _onset(plant, pressure, found.searched[1]), films, gap, refused, found, found.searched,
+        tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity, axial,
     )  # fmt: skip
 
 
 def static_loads(plant: Plant) -> np.ndarray:
     """Static load (bearings,) [kg] of every bearing under the weight of shaft and discs: of one below the shaft, > 0.
 
-    Reactions are what the free shaft lacks for its equilibrium; nominal stiffnesses matter with three bearings or more.
+    Nominal stiffnesses matter with three bearings or more.
     """
-    deflection, weight = _under_weight(plant)
-    mesh = plant.assembly.mesh
-    left = weight - mesh.free_stiffness[: len(weight), : len(weight)] @ deflection
-    return np.array([left[4 * mesh.node(b.position)] for b in plant.machine.bearings])
+    return _resting(plant, 1.0).bearing_forces[:, 1]
 
 
 def static_deflection(plant: Plant) -> xr.Dataset:
@@ -306,6 +325,11 @@ def static_deflection(plant: Plant) -> xr.Dataset:
         the shaft > 0. Bearings have their nominal stiffness, films and tables that by which the rotor's modes are
         chosen; housings stand still.
 
+    Raises
+    ------
+    ShaftError
+        If the bearings leave the shaft free to fall or tilt.
+
     Examples
     --------
     >>> import rotorsim as rs
@@ -313,34 +337,31 @@ def static_deflection(plant: Plant) -> xr.Dataset:
     >>> abs(float(found["load"].sum()) / 9.80665 / rs.load_machine("plain_rotor").mass - 1) < 1e-9
     True
     """
-    deflection, _ = _under_weight(plant)
-    metres = {"units": "m", "long_name": "deflection under its weight, downwards"}
-    loads = STANDARD_GRAVITY * static_loads(plant)
+    found, nodes = _resting(plant, STANDARD_GRAVITY), plant.assembly.mesh.nodes
+    sag = -found.displacement[1 : 4 * len(nodes) : 4]
     return xr.Dataset(
         {
-            "sag": ("node", STANDARD_GRAVITY * deflection[0::4], metres),
-            "load": ("bearing", loads, {"units": "N", "long_name": "static load"}),
+            "sag": ("node", sag, {"units": "m", "long_name": "deflection under its weight, downwards"}),
+            "load": ("bearing", found.bearing_forces[:, 1], {"units": "N", "long_name": "static load"}),
         },
         {
-            "z": ("node", plant.assembly.mesh.nodes, {"units": "m", "long_name": "position along the shaft"}),
+            "z": ("node", nodes, {"units": "m", "long_name": "position along the shaft"}),
             "bearing": list(plant.machine.bearing_names),
         },
         plant.provenance() | {"kind": "static"},
     )
 
 
-def _under_weight(plant: Plant) -> tuple[np.ndarray, np.ndarray]:
-    """Deflections and weight (4 nodes,) along x over the acceleration [kg, kg m], on nominal springs."""
-    mesh = plant.assembly.mesh
-    free, n = mesh.free_stiffness, 4 * len(mesh.nodes)
-    held = free[:n, :n].copy()
+def _resting(plant: Plant, gravity: float) -> StaticResult:
+    """Rest of shaft and discs under gravity [m/s2] on the bearings' nominal stiffness."""
+    mesh, held = plant.assembly.mesh, []
     for bearing in plant.machine.bearings:
-        at, K = 4 * mesh.node(bearing.position), bearing.coefficients
+        K = bearing.coefficients
         own = bearing.spring or (0.5 * float(np.trace(K[0])) if K is not None else 0.0)
-        held[at, at] += own
-        held[at + 1, at + 1] += own
-    weight = _weight(plant)
-    return np.linalg.solve(held, weight), weight
+        held.append(BearingElement(mesh.node(bearing.position), own, 0.0))
+    points = [p for p in mesh.constant.point_mass_elements if p.n < len(mesh.nodes)]
+    rotor = replace(mesh.constant, bearing_elements=held, point_mass_elements=points)
+    return run_static(rotor, gravity)
 
 
 def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
@@ -407,8 +428,7 @@ def _cases(plant: Plant, modes: Sequence[CriticalSpeed], loads: np.ndarray, spee
             )
             for z, w in pairs
         )
-        at = " and ".join(f"{1e3 * z:.4g} mm" for z, _ in pairs)
-        found[key] = UnbalanceCase(f"{word} at {at}", parts, tuple(abs(w) for _, w in pairs))
+        found[key] = UnbalanceCase(f"{word} {len(found) + 1}", parts, tuple(abs(w) for _, w in pairs))
     own = tuple(e for e in plant.machine.effects.get("unbalance", ()) if getattr(e, "me", 0) > 0)
     name = "machine file" if own else "grade G 2.5"
     return (*found.values(), UnbalanceCase(name, unbalances_of(plant.machine, speed)))
@@ -435,25 +455,30 @@ def _planes(plant: Plant, line: np.ndarray, loads: np.ndarray) -> tuple[list[flo
 def _mass_beyond(plant: Plant, bearing: float, z: float) -> float:
     """Mass [kg] of shaft and discs on the side of `z` beyond a bearing [m]; of its own node one half."""
     mesh = plant.assembly.mesh
-    masses = _weight(plant)[0::4]
+    masses = -weight(mesh.constant, 1.0)[1 : 4 * len(mesh.nodes) : 4]
     beyond = (mesh.nodes - bearing) * (z - bearing) > 0
     beyond[mesh.node(bearing)] = False
     return float(masses[beyond].sum() + 0.5 * masses[mesh.node(bearing)])
 
 
-def _weight(plant: Plant) -> np.ndarray:
-    """Weight (4 nodes,) of shaft and discs along x over the acceleration [kg, kg m]."""
-    n = 4 * len(plant.assembly.mesh.nodes)
-    parts = plant.assembly.mesh.constant.parts
-    return np.asarray((parts.M - parts.M_bearings)[:n, 0:n:4].sum(axis=1))
-
-
 def _probes(plant: Plant) -> dict[str, float]:
     """Planes of the shaft's displacement probes [m], each once."""
     named = {p.name: p.position for p in plant.machine.probes if isinstance(p, ShaftProbe)}
-    found = {"measuring plane": measuring_places(plant)["measuring plane"]} | named
+    return _each_once({"measuring plane": measuring_places(plant)["measuring plane"]} | named)
+
+
+def _looked(plant: Plant, probes: dict[str, float]) -> dict[str, float]:
+    """Places [m] at which peaks are looked for: probes, bearings, where a standard has its probes, and half spans."""
+    named = dict(zip(plant.machine.bearing_names, (b.position for b in plant.machine.bearings), strict=True))
+    along = sorted(named.items(), key=lambda one: one[1])
+    spans = {f"half span {a} to {b}": 0.5 * (y + z) for (a, y), (b, z) in pairwise(along)}
+    return _each_once(probes | {f"bearing {name.removeprefix('bearing ')}": z for name, z in named.items()} | spans)
+
+
+def _each_once(places: dict[str, float]) -> dict[str, float]:
+    """Places [m] with the names of those that are one joined."""
     planes: dict[float, str] = {}
-    for name, z in found.items():
+    for name, z in places.items():
         planes[round(z, 6)] = f"{planes[round(z, 6)]}, {name}" if round(z, 6) in planes else name
     return {name: z for z, name in planes.items()}
 
@@ -514,7 +539,7 @@ def _force(plant: Plant, case: UnbalanceCase, speed: float, size: int) -> np.nda
 
 
 def _with_peaks(
-    modes: Sequence[CriticalSpeed], responses: xr.Dataset, cases: Sequence[UnbalanceCase], probes: dict[str, float]
+    modes: Sequence[CriticalSpeed], responses: xr.Dataset, cases: Sequence[UnbalanceCase], places: dict[str, float]
 ) -> Iterator[CriticalSpeed]:
     """Critical speeds, ascending, with the highest peak of the API's cases that is nearer to each than to the others.
 
@@ -524,10 +549,10 @@ def _with_peaks(
     grows = responses["zeta_least"].values < 0
     peaks = []
     for case in cases[:-1]:
-        for probe, z in probes.items():
+        for place, z in places.items():
             sizes = responses["major"].sel(case=case.name).sel(z=z, method="nearest").values
             found = standards.half_power(speeds, np.where(grows, np.nan, sizes))
-            peaks += [(p, probe, case.name) for p in found if p.size > UNSEEN]
+            peaks += [(p, place, case.name) for p in found if p.size > UNSEEN]
     every = np.array([m.speed for m in modes])
     for mode in sorted(modes, key=lambda m: m.speed):
         own = [
@@ -536,8 +561,8 @@ def _with_peaks(
             and abs(one[0].speed - mode.speed) <= np.abs(every - one[0].speed).min() * (1 + 1e-9)
         ]  # fmt: skip
         if own:
-            peak, probe, case_name = max(own, key=lambda one: (np.isfinite(one[0].amplification), one[0].size))
-            yield replace(mode, peak=peak, probe=probe, driven_by=case_name)
+            peak, place, case_name = max(own, key=lambda one: (np.isfinite(one[0].amplification), one[0].size))
+            yield replace(mode, peak=peak, place=place, driven_by=case_name)
         else:
             yield mode
 
@@ -564,6 +589,12 @@ def operating(at: np.ndarray, low: float, high: float) -> np.ndarray:
     return within if within.any() else np.abs(at - high) == np.abs(at - high).min()
 
 
+def steady_up_to(responses: xr.Dataset, high: float) -> xr.Dataset:
+    """Responses up to a speed [rad/s], NaN where a mode grows."""
+    below = responses.sel(speed=responses["speed"] <= high * (1 + 1e-9))
+    return below.where(below["zeta_least"] >= 0)
+
+
 def _clearances(
     gaps: Sequence[tuple[str, float, float]], responses: xr.Dataset, scales: dict[str, float], high: float
 ) -> Iterator[Clearance]:
@@ -571,8 +602,7 @@ def _clearances(
 
     Speeds at which a mode grows are left out.
     """
-    below = responses.sel(speed=responses["speed"] <= high * (1 + 1e-9))
-    steady = below.where(below["zeta_least"] >= 0)
+    steady = steady_up_to(responses, high)
     for place, z, gap in gaps:
         motions = {
             name: 2 * scale * steady["major"].sel(case=name).sel(z=z, method="nearest").values
@@ -667,41 +697,40 @@ def _direct(bearing: BearingPart, speed: float) -> np.ndarray:
 def _checks(r: DesignReview) -> Iterator[DesignCheck]:
     yield from _margin_checks(r)
     yield from _stability_checks(r)
+    yield from _axial_checks(r)
     yield from _clearance_checks(r)
     yield from _balance_checks(r)
     yield from _zone_checks(r)
+    name, limit = "Largest sensitivity of the control loop", standards.SENSITIVITY_ZONES["B"]
     if r.sensitivity is None:
-        yield DesignCheck("Largest sensitivity of the control loop", "zone A or B: below 4", "-", OPEN, "sensitivity",
-                    "no law was given")  # fmt: skip
+        yield DesignCheck(name, "at most", limit, None, "", OPEN, "sensitivity", remark="no law was given")
     else:
         zone = standards.sensitivity_zone(r.sensitivity)
-        yield DesignCheck("Largest sensitivity of the control loop", "zone A or B: below 4",
-                    f"{r.sensitivity:.3g}, zone {zone}", MET if zone in "AB" else MISSED, "sensitivity")  # fmt: skip
+        yield DesignCheck(name, "at most", limit, r.sensitivity, "", MET if zone in "AB" else MISSED, "sensitivity",
+                          f"zone {zone}")  # fmt: skip
 
 
 def _margin_checks(r: DesignReview) -> Iterator[DesignCheck]:
-    asking = [m for m in r.criticals if margin_of(m, r)[0] > 0 and (m.peak is not None or not is_steady(r, m.speed))]
+    """A row for every critical speed that asks for a margin."""
+    asking = [mode for mode in r.criticals if margin_of(mode, r)[0] > 0]
     for mode in asking:
         asked, found = margin_of(mode, r)
         at = mode.speed if mode.peak is None else mode.peak.speed
-        how = mode.driven_by if mode.peak is not None else "1/(2 zeta): no response is steady there, a mode grows"
-        yield DesignCheck(f"Separation margin of {at * TO_RPM:.0f} rpm", f"{asked:.1f} %", f"{found:.1f} %",
-                    MET if found >= asked else MISSED, "margin",
-                    f"amplification factor {mode.amplification:.3g}, {how}", found / asked - 1)  # fmt: skip
-    unseen = [
-        m for m in r.criticals if m not in asking and m.whirl != "backward" and margin_of(m, r)[1] < margin_of(m, r)[0]
-    ]
-    for mode in unseen:
-        asked, found = margin_of(mode, r)
-        yield DesignCheck(f"Separation margin of {mode.speed * TO_RPM:.0f} rpm, {mode.whirl}", f"{asked:.1f} %",
-                            f"{found:.1f} %", OPEN, "margin",
-                            f"no probe sees a peak of this mode; 1/(2 zeta) is {mode.amplification:.3g}")  # fmt: skip
-    if not asking and not unseen:
-        known = "no peak of the response needs a margin" if r.criticals else "no mode crosses 1X"
-        yield DesignCheck("Separation margins", "16 % below, 26 % above at most", known, MET, "margin")
+        verdict, how = MET if found >= asked else MISSED, f"{mode.driven_by}, seen at {mode.place}"
+        if mode.peak is None and is_steady(r, mode.speed):
+            verdict = OPEN if verdict == MISSED else MET
+            how = "1/(2 zeta): the response has no peak of this mode at the places looked at"
+        elif mode.peak is None:
+            how = "1/(2 zeta): no response is steady there, a mode grows"
+        yield DesignCheck(f"Separation margin of {at * TO_RPM:.0f} rpm, {mode.whirl}", "at least", asked, found, "%",
+                          verdict, "margin", "", f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
+    if not asking:
+        known = "no critical speed needs a margin" if r.criticals else "no mode crosses 1X"
+        yield DesignCheck("Separation margins", "at least", 16.0, None, "%", MET, "margin", known)
     for a, b in r.open_speeds:
-        yield DesignCheck(f"Critical speeds from {a * TO_RPM:.0f} to {b * TO_RPM:.0f} rpm", "looked for", "-", OPEN,
-                    "margin", "the film does not carry there, or the number of modes is not proven")  # fmt: skip
+        yield DesignCheck(f"Critical speeds from {a * TO_RPM:.0f} to {b * TO_RPM:.0f} rpm", "at least", 16.0, None, "%",
+                          OPEN, "margin", "",
+                          "the film does not carry there, or the number of modes is not proven")  # fmt: skip
 
 
 def is_steady(r: DesignReview, speed: float) -> bool:
@@ -710,9 +739,14 @@ def is_steady(r: DesignReview, speed: float) -> bool:
 
 
 def margin_of(mode: CriticalSpeed, r: DesignReview) -> tuple[float, float]:
-    """Separation margin [%] that a critical speed needs and has; that of its peak where the response has one."""
+    """Separation margin [%] that a critical speed needs and has; that of its peak where the response has one.
+
+    A backward mode without a peak needs none: unbalance, which turns forward, does not drive it.
+    """
     at = mode.speed if mode.peak is None else mode.peak.speed
-    return standards.required_margin(mode.amplification, at > r.high), standards.found_margin(at, r.low, r.high)
+    undriven = mode.peak is None and mode.whirl == "backward" and is_steady(r, mode.speed)
+    asked = 0.0 if undriven else standards.required_margin(mode.amplification, at > r.high)
+    return asked, standards.found_margin(at, r.low, r.high)
 
 
 def first_forward(r: DesignReview) -> CriticalSpeed | None:
@@ -723,28 +757,39 @@ def first_forward(r: DesignReview) -> CriticalSpeed | None:
 def _stability_checks(r: DesignReview) -> Iterator[DesignCheck]:
     at = r.decrements["speed"].values
     least = r.decrements.values[operating(at, r.low, r.high)]
-    name, asked = "Least logarithmic decrement at the operating speeds", f"{standards.LEAST_DECREMENT:g}"
-    if not np.isfinite(least).all():
-        yield DesignCheck(name, asked, "-", OPEN, "decrement", "the film does not carry, or no mode lies in the region")
-    else:
-        low = float(least.min())
-        yield DesignCheck(name, asked, f"{low:.3g}", MET if low >= standards.LEAST_DECREMENT else MISSED, "decrement",
-                    "least of all modes with a damping ratio below 0.5, stricter than the rule, which asks for the "
-                    "first forward mode; without the cross-coupling of process gas that Level 1 "
-                    "of API 617 adds", low / standards.LEAST_DECREMENT - 1)  # fmt: skip
+    name = "Least logarithmic decrement at the operating speeds"
+    known = bool(np.isfinite(least).all())
+    low = float(least.min()) if known else None
+    yield DesignCheck(
+        name, "at least", standards.LEAST_DECREMENT, low, "",
+        OPEN if low is None else MET if low >= standards.LEAST_DECREMENT else MISSED, "decrement", "",
+        "the film does not carry, or no mode lies in the region" if low is None else
+        "least of all modes with a damping ratio below 0.5, stricter than the rule, which asks for the first forward "
+        "mode; without the cross-coupling of process gas that Level 1 of API 617 adds",
+    )  # fmt: skip
     speed, frequency, looked = r.onset
-    top = f"above {r.high * TO_RPM:.0f} rpm"
-    if np.isfinite(speed):
-        found = f"{speed * TO_RPM:.0f} rpm, whirl at {frequency / (2 * np.pi):.4g} Hz"
-        yield DesignCheck("Onset of whirl", top, found, MET if speed > r.high else MISSED, "onset",
-                          reserve=speed / r.high - 1)  # fmt: skip
+    found = speed * TO_RPM if np.isfinite(speed) else None
+    detail, remark = "", ""
+    if found is not None:
+        verdict, detail = MET if speed > r.high else MISSED, f"whirl at {frequency / (2 * np.pi):.4g} Hz"
     elif looked:
-        yield DesignCheck("Onset of whirl", top, f"none up to {BEYOND * r.high * TO_RPM:.0f} rpm", MET, "onset",
-                          reserve=BEYOND - 1)  # fmt: skip
+        verdict, detail = MET, f"none up to {r.searched[1] * TO_RPM:.0f} rpm"
+    else:
+        verdict, remark = OPEN, "the film does not carry, or a mode may be missing"
+    yield DesignCheck("Onset of whirl", "at least", r.high * TO_RPM, found, "rpm", verdict, "onset", detail, remark)
+
+
+def _axial_checks(r: DesignReview) -> Iterator[DesignCheck]:
+    if r.axial is None:
+        return
+    name, state = "Damping ratio of the axial mode", r.axial.state
+    if state is None:
+        yield DesignCheck(name, "at least", 0.0, None, "", MISSED, "onset", "not carried", r.axial.refused)
     else:
         yield DesignCheck(
-            "Onset of whirl", top, "-", OPEN, "onset", "the film does not carry, or a mode may be missing"
-        )
+            name, "at least", 0.0, state.zeta, "", MET if state.zeta > 0 else MISSED, "onset",
+            f"at {state.wn / (2 * np.pi):.4g} Hz", "faces that stay parallel",
+        )  # fmt: skip
 
 
 def _clearance_checks(r: DesignReview) -> Iterator[DesignCheck]:
@@ -753,35 +798,34 @@ def _clearance_checks(r: DesignReview) -> Iterator[DesignCheck]:
         share = one.motion / one.gap
         if one.place not in worst or not share <= worst[one.place].motion / worst[one.place].gap:
             worst[one.place] = one
+    limit = 100 * standards.CLEARANCE
     for place, one in worst.items():
         name, share = f"Motion in the clearance of {place}", 100 * one.motion / one.gap
         if not np.isfinite(share):
             why = "no response is steady at the operating speeds, which gives the scale"
             why = why if np.isfinite(one.gap) else "the machine file states no clearance"
-            yield DesignCheck(name, "75 % at most", "-", OPEN, "clearance", why)
+            yield DesignCheck(name, "at most", limit, None, "%", OPEN, "clearance", "", why)
             continue
-        found = f"{share:.3g} % of {one.gap * TO_UM:.4g} um at {one.speed * TO_RPM:.0f} rpm"
-        verdict = MET if share <= 100 * standards.CLEARANCE else MISSED
-        yield DesignCheck(name, "75 % at most", found, verdict, "clearance", one.case,
-                          1 - share / (100 * standards.CLEARANCE))  # fmt: skip
-    yield DesignCheck("Motion in other close clearances (impellers, seals)", "75 % at most", "-", OPEN, "clearance",
-                "a machine file states those of films and rubs alone")  # fmt: skip
+        verdict = MET if share <= limit else MISSED
+        yield DesignCheck(name, "at most", limit, share, "%", verdict, "clearance", f"at {one.speed * TO_RPM:.0f} rpm",
+                          one.case)  # fmt: skip
+    yield DesignCheck("Motion in other close clearances (impellers, seals)", "at most", limit, None, "%", OPEN,
+                      "clearance", "", "a machine file states those of films and rubs alone")  # fmt: skip
 
 
 def _balance_checks(r: DesignReview) -> Iterator[DesignCheck]:
-    total = sum(one.me for one in r.file_case.unbalances)
+    mass, total = r.plant.machine.mass, 1e6 * sum(one.me for one in r.file_case.unbalances)
+    asked = 1e6 * standards.permissible_unbalance(2.5, mass, r.high)
     if r.file_case.name != "machine file":
-        yield DesignCheck("Unbalance of the rotor", "G 2.5", "-", OPEN, "grade", "the machine file states no unbalance")
+        yield DesignCheck("Unbalance of the rotor, G 2.5", "at most", asked, None, "g mm", OPEN, "grade", "",
+                          "the machine file states no unbalance")  # fmt: skip
         return
-    grade = 1e3 * total * r.high / r.plant.machine.mass
-    asked = standards.permissible_unbalance(2.5, r.plant.machine.mass, r.high)
-    yield DesignCheck("Unbalance of the machine file, all planes", f"G 2.5: {asked * 1e6:.3g} g mm",
-                f"{total * 1e6:.3g} g mm, G {grade:.2g}", MET if total <= asked else MISSED, "grade",
-                "G 2.5 is usual for turbo machines; choose the grade of your contract", 1 - total / asked)  # fmt: skip
-    residual = standards.residual_unbalance(float(np.abs(r.loads).sum()), r.high)
-    yield DesignCheck("Unbalance of the machine file, all planes", f"4 W/N: {residual * 1e6:.3g} g mm",
-                f"{total * 1e6:.3g} g mm", MET if total <= residual else MISSED, "unbalance",
-                reserve=1 - total / residual)  # fmt: skip
+    yield DesignCheck("Unbalance of the machine file, all planes, G 2.5", "at most", asked, total, "g mm",
+                      MET if total <= asked else MISSED, "grade", f"G {1e-3 * total * r.high / mass:.2g}",
+                      "G 2.5 is usual for turbo machines; choose the grade of your contract")  # fmt: skip
+    residual = 1e6 * standards.residual_unbalance(float(np.abs(r.loads).sum()), r.high)
+    yield DesignCheck("Unbalance of the machine file, all planes, 4 W/N", "at most", residual, total, "g mm",
+                      MET if total <= residual else MISSED, "unbalance")  # fmt: skip
 
 
 def _zone_checks(r: DesignReview) -> Iterator[DesignCheck]:
@@ -789,21 +833,21 @@ def _zone_checks(r: DesignReview) -> Iterator[DesignCheck]:
     scope = standards.SCOPE[0] <= rpm <= standards.SCOPE[1]
     at = r.responses["speed"].values
     within = operating(at, r.low, r.high)
+    steady = bool((r.responses["zeta_least"].values[within] >= 0).all())
+    limits = TO_UM * standards.SHAFT_ZONES["B"] / np.sqrt(rpm), TO_UM * standards.vibration_limit(r.high)
     for probe, z in r.probes.items():
-        sizes = r.motion(r.file_case.name, z)[within]
+        sizes = r.motion(r.file_case.name, z)[within] * TO_UM
         motion = float(sizes.max())
-        name, limit = f"Shaft vibration at {probe}, {r.file_case.name}", standards.SHAFT_ZONES["B"] / np.sqrt(rpm)
-        if not np.isfinite(motion) or not (r.responses["zeta_least"].values[within] >= 0).all():
-            yield DesignCheck(name, f"zone A or B: below {limit * TO_UM:.3g} um pk-pk", "-", OPEN, "zones",
-                        "a mode grows, or no response is known")  # fmt: skip
+        name = f"Shaft vibration pk-pk at {probe}, {r.file_case.name}"
+        if not (steady and np.isfinite(motion)):
+            yield DesignCheck(f"{name}, zone A or B", "at most", limits[0], None, "um", OPEN, "zones", "",
+                              "a mode grows, or no response is known")  # fmt: skip
             continue
-        zone = standards.shaft_zone(motion, r.high)
-        where = f"{motion * TO_UM:.3g} um pk-pk at {at[within][sizes.argmax()] * TO_RPM:.0f} rpm"
-        remark = "" if scope else "outside the speeds of the standard: for orientation"
-        verdict = MET if zone in "AB" else MISSED
-        yield DesignCheck(name, f"zone A or B: below {limit * TO_UM:.3g} um pk-pk",
-                    f"{where}, zone {zone}", verdict if scope else OPEN, "zones",
-                    remark, 1 - motion / limit)  # fmt: skip
-        asked = standards.vibration_limit(r.high)
-        yield DesignCheck(name, f"Avl: {asked * TO_UM:.3g} um pk-pk", where,
-                    MET if motion <= asked else MISSED, "vibration", reserve=1 - motion / asked)  # fmt: skip
+        where = f"at {at[within][sizes.argmax()] * TO_RPM:.0f} rpm"
+        zone = standards.shaft_zone(motion / TO_UM, r.high)
+        verdict = OPEN if not scope else MET if zone in "AB" else MISSED
+        yield DesignCheck(f"{name}, zone A or B", "at most", limits[0], motion, "um", verdict, "zones",
+                          f"{where}, zone {zone}",
+                          "" if scope else "outside the speeds of the standard: for orientation")  # fmt: skip
+        yield DesignCheck(f"{name}, Avl", "at most", limits[1], motion, "um", MET if motion <= limits[1] else MISSED,
+                          "vibration", where)  # fmt: skip

@@ -1,14 +1,22 @@
-"""Modes of the coupled machine over speed, all of a region; where order lines cross them, with what margin is safe.
+r"""Modes of the coupled machine over speed, all of a region; where order lines cross them, with what margin is safe.
 
 The region of the complex plane is a sector from a floor to a reach, of damping ratios below one half: beyond it lie
 most motions of the gas, which the film's storage damps. Its reach covers every order line over the speeds that are
 searched: the asked ones and those around them whose critical speeds matter to a margin of 15 %.
+
+Coefficients of bearings over the whirl frequency are those at the frequency of the speed while modes are followed and
+counted: crossings of 1X are exact. Each mode at a node then is a fixed point
+
+.. math:: s = s\left(K(\Omega, |s|),\, C(\Omega, |s|)\right)
+
+with the coefficients at its own frequency. These are the film's for a steady whirl, so that the eigenvalue is exact
+to second order in the damping ratio.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +24,11 @@ import numpy as np
 from fe_shaft.crossings import Crossing, crossings
 from fe_shaft.follower import Followed, Node, follow
 from fe_shaft.pencil import Modes, Pencil, Region
-from rotorsim.base.errors import NoLiftOffError
+from fe_shaft.spectrum import refined
+from rotorsim.base.errors import ConvergenceError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED as STEADY, divergence
+from rotorsim.base.units import TO_HZ, TO_RPM
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import ABOVE, BELOW, DAMPED, LinearPlant
 
@@ -26,6 +36,12 @@ MARGIN = 0.15
 """Distance of a speed from a critical speed, over it, below which the critical speed matters."""
 ORDERS = (1, 2, 3)
 """Orders of the speed whose lines are crossed."""
+PASSES = 60
+"""Most steps to the fixed point of a mode."""
+SETTLED = 1e-8
+"""Relative step of a frequency that ends them."""
+EQUAL = 1e-6
+"""Relative distance of eigenvalues up to which they are those of one plane and of the other one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,13 +102,79 @@ class ModesOverSpeed:
 
     def least(self, speed: float) -> float:
         """Least damping ratio of all modes at an asked speed [rad/s], NaN without any."""
-        damping, frequency = least_damped(self.node(speed).modes, self.region)
+        damping, frequency = least_damped(self.own(self.node(speed)), self.region)
         return damping if np.isfinite(frequency) else float("nan")
+
+    @cached_property
+    def _own(self) -> dict[float, Modes]:
+        return {}
+
+    def own(self, node: Node) -> Modes:
+        """Modes of a node, each with the coefficients of the bearings at its own frequency."""
+        if not self.plant.assembly.mesh.whirling or not isinstance(node.pencil, LinearPlant):
+            return node.modes
+        if node.at not in self._own:
+            with one_thread():
+                self._own[node.at] = at_own_frequencies(self.plant, node.pencil, node.modes, self.region)
+        return self._own[node.at]
 
     @property
     def unproven(self) -> list[float]:
         """Speeds [rad/s] of the nodes at which the number of modes is not proven."""
         return [n.at for n in self.followed.nodes if n.pencil is not None and not n.modes.proven]
+
+
+def at_own_frequencies(plant: Plant, model: LinearPlant, modes: Modes, region: Region) -> Modes:
+    """Modes of a model in a region, each with the coefficients of the bearings at its own frequency; others stay.
+
+    Raises ConvergenceError where one does not settle.
+    """
+    values, right, left = modes.values.copy(), modes.right.copy(), modes.left.copy()
+    todo = np.flatnonzero(region.holds(values)).tolist()
+    while todo:
+        equal = [k for k in todo if abs(values[k] - values[todo[0]]) < EQUAL * abs(values[k])]
+        todo = [k for k in todo if k not in equal]
+        found = own_frequency(plant, model, modes.take(equal))
+        if found is None:
+            raise ConvergenceError(
+                f"modes: that of {abs(values[equal[0]]) * TO_HZ:.4g} Hz at {model.speed * TO_RPM:.4g} rpm does not "
+                "settle at its own frequency; give the table more whirl frequencies"
+            )
+        values[equal], right[:, equal], left[:, equal] = found.values, found.right, found.left
+    return replace(modes, values=values, right=right, left=left)
+
+
+def own_frequency(plant: Plant, model: LinearPlant, modes: Modes) -> Modes | None:
+    """Fixed point of a mode, or of equal ones of a round rotor together; None where it does not settle."""
+    for _ in range(PASSES):
+        before = float(np.abs(modes.values).mean())
+        found = refined(at_whirl(plant, model, before), modes)
+        if len(found.values) < len(modes.values):
+            return None
+        modes = found.take(np.argsort(np.abs(found.values - modes.values.mean()))[: len(modes.values)])
+        size = np.abs(modes.values)
+        if np.ptp(size) > EQUAL * before:
+            every = (own_frequency(plant, model, modes.take([k])) for k in range(len(size)))
+            parts = [part for part in every if part is not None]
+            if len(parts) < len(size):
+                return None
+            right, left = (np.hstack([getattr(part, side) for part in parts]) for side in ("right", "left"))
+            return Modes(np.concatenate([part.values for part in parts]), right, left)
+        if abs(size.mean() - before) < SETTLED * before:
+            return modes
+    return None
+
+
+def at_whirl(plant: Plant, model: LinearPlant, frequency: float) -> LinearPlant:
+    """A model with the coefficients of tables at a whirl frequency [rad/s] in place of those at the speed."""
+    mesh, rotor, speed = plant.assembly.mesh, model.rotor, model.speed
+    change = np.zeros((2, *rotor.stiffness.shape))
+    for number, table in mesh.whirling.items():
+        rows = mesh.between(number)
+        change += rows.T @ (np.array(table.at(speed, frequency)) - np.array(table.at(speed))) @ rows
+    return replace(
+        model, rotor=replace(rotor, stiffness=rotor.stiffness + change[0], damping=rotor.damping + change[1])
+    )
 
 
 def at_speed(plant: Plant, pressure: float) -> Callable[[float], LinearPlant | None]:

@@ -9,8 +9,6 @@ Cites: powell_1994.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -31,8 +29,10 @@ from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant, point
 
-FIRST, LAST = 0.25, 2e-3
-"""First and last size of a step, over the width of the bounds."""
+FIRST = 0.25
+"""First size of a step, over the width of the bounds."""
+LAST = 2e-3
+"""Size of a step, likewise, at which the search ends."""
 MOST = 60
 """Machines of a search."""
 MOST_GOAL = 10.0
@@ -78,13 +78,6 @@ class Optimisation:
         kept = ["yes" if one else "no" for one in self.data["kept"].values.tolist()]
         rows = [(*(float(v) for v in row), word) for row, word in zip(np.transpose(columns), kept, strict=True)]
         return (*heads, "limits kept"), rows
-
-    def csv(self) -> str:
-        """The table as CSV."""
-        text = io.StringIO()
-        heads, rows = self.table()
-        csv.writer(text).writerows([heads, *rows])
-        return text.getvalue()
 
     def numbers(self) -> dict[str, Any]:
         """Best machine and the path as plain values."""
@@ -189,10 +182,10 @@ def optimise(
     start = Plant(Machine.from_text(with_values(plant.machine.text, dict(search.changes(begin)))))
     every = [path for group in paths for path in group]
     names = {tolerances.CRITICALS if one.startswith("critical_") else one for one in wanted}
+    requirements = read_requirements(require, sorted(names))
     search.task = tolerances.task_of(start, sorted(names), every, *point(speed, pressure), highest)
-    requirements = read_requirements(require, tolerances.names_of(search.task, sorted(names)))
-    if name not in tolerances.names_of(search.task, sorted(names)):
-        raise DataError(f"--objective: the machine has no '{name}'; it has {', '.join(search.row(begin)) or 'none'}")
+    tolerances.check_critical([one.quantity for one in requirements], search.task)
+    tolerances.check_critical([name], search.task, "--objective")
     largest = objective[0] == "+" or (objective[0] != "-" and quantity_of(name).best == "highest")
     _run(search, begin, name, -1.0 if largest else 1.0, requirements, progress)
     return _result(search, plant, name, largest, requirements)

@@ -5,8 +5,6 @@ A result is labelled data, the best point of each quantity, cells without a resu
 
 from __future__ import annotations
 
-import csv
-import io
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -29,7 +27,7 @@ from rotorsim.analysis.sweep_definition import (
     make_sweep,
 )
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.base.files import make_folder, write_text
+from rotorsim.base.files import make_folder, write_csv
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.interrupt import finishing
 from rotorsim.base.processes import spread
@@ -114,10 +112,7 @@ class SweepResult:
         """
         folder = make_folder(folder)
         write_netcdf(folder / NETCDF, self.data)
-        text = io.StringIO()
-        head, rows = self.table()
-        csv.writer(text).writerows([head, *rows])
-        write_text(folder / TABLE, text.getvalue())
+        write_csv(folder / TABLE, *self.table())
         return {"sweep": str(folder / NETCDF), "table": str(folder / TABLE)}
 
 

@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from rotorsim.analysis.axes import Field, checked, read_axis, read_field, split_range, with_fields
+from rotorsim.analysis.axial import axial_state
 from rotorsim.analysis.campbell import highest_speed
 from rotorsim.analysis.shaft_motion import largest_response, unbalances_of
 from rotorsim.analysis.supply import HIGHEST, lift_off, load_capacity
@@ -175,7 +176,24 @@ class Peak(Analysis):
         return "carried and stable at no speed"
 
 
-ANALYSES: dict[str, type[Analysis]] = {kind.name: kind for kind in (LiftOff, Onset, AtEquilibrium, Load, Peak)}
+@dataclass(frozen=True)
+class Axial(AtPoint):
+    """Axial equilibrium and mode of the rotor between its thrust bearings."""
+
+    name: ClassVar[str] = "axial"
+    quantities: ClassVar[tuple[str, ...]] = (
+        "thrust_gap", "thrust_flow", "thrust_power", "axial_stiffness", "axial_frequency", "axial_damping",
+    )  # fmt: skip
+
+    def values(self, plant: Plant) -> dict[str, float]:
+        """Least gap [m], flow [kg/s], friction power [W], stiffness at rest [N/m], frequency [rad/s], damping ratio."""
+        found = axial_state(plant.machine, self.speed, self.pressure)
+        sums = (sum(getattr(f, name) for f in found.films) for name in ("flow", "power", "static_stiffness"))
+        numbers = (found.least_gap, *sums, found.wn, found.zeta)
+        return dict(zip(self.quantities, numbers, strict=True))
+
+
+ANALYSES: dict[str, type[Analysis]] = {kind.name: kind for kind in (LiftOff, Onset, AtEquilibrium, Load, Peak, Axial)}
 """Every analysis by its name."""
 
 
@@ -211,6 +229,12 @@ QUANTITIES = {
         SweepQuantity("damping", "1", "1", 1.0, "highest", "least damping ratio"),
         SweepQuantity("frequency", "rad/s", "Hz", TO_HZ, "highest", "first natural frequency"),
         SweepQuantity("peak", "m", "um 0-pk", TO_UM, "lowest", "largest unbalance response"),
+        SweepQuantity("thrust_gap", "m", "um", TO_UM, "highest", "least gap of the thrust bearings"),
+        SweepQuantity("thrust_flow", "kg/s", "mg/s", 1e6, "lowest", "flow from the thrust bearings"),
+        SweepQuantity("thrust_power", "W", "W", 1.0, "lowest", "friction power of the thrust bearings"),
+        SweepQuantity("axial_stiffness", "N/m", "MN/m", 1e-6, "highest", "axial stiffness at rest"),
+        SweepQuantity("axial_frequency", "rad/s", "Hz", TO_HZ, "highest", "natural frequency of the axial mode"),
+        SweepQuantity("axial_damping", "1", "1", 1.0, "highest", "damping ratio of the axial mode"),
     )
 }
 """Every quantity of a sweep by its name."""
@@ -233,6 +257,8 @@ def read_quantities(what: str | tuple[str, ...] | list[str], machine: Machine) -
             raise DataError(f"--what: '{name}' is not a quantity; {did_you_mean(name, QUANTITIES)}")
         if name in NEEDS_FILM and machine.film is None:
             raise DataError(f"--what: {name} needs a gas film, and {machine.name} has none; leave it out")
+        if QUANTITIES[name].kind is Axial and not machine.thrust_bearings:
+            raise DataError(f"--what: {name} needs thrust bearings, and {machine.name} has none; leave it out")
         if name in NEEDS_SUPPLY and not machine.fed:
             raise DataError(f"--what: {name} needs injectors or orifices, and {machine.name} has none; leave it out")
     return tuple(QUANTITIES[name] for name in dict.fromkeys(names))

@@ -8,7 +8,7 @@ followed from there: with the mode's eigenvalue s at the speed, a chord's step o
 
 .. math:: g(\Omega) = |s| - \Omega \quad \text{or} \quad g(\Omega) = \zeta
 
-from a start that a regression over the machines before predicts, until it is below 1e-3. Some of the machines are
+from a start that a regression over the machines before predicts, until it is below 5e-3. Some of the machines are
 searched wholly too, and the largest difference is stated.
 
 The share of a value in the scatter of a quantity is that of the regression of ranks, beta_i rho_i: the standardised
@@ -20,8 +20,6 @@ Cites: clopper_1934, saltelli_2008.
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -42,7 +40,7 @@ from rotorsim.analysis.targets import split, value_at
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, RotorsimError
-from rotorsim.base.files import make_folder, write_text
+from rotorsim.base.files import make_folder, write_csv
 from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.processes import one_thread, spread
 from rotorsim.base.units import NUMBER, TABLE as UNITS, TO_RPM, parse
@@ -50,8 +48,8 @@ from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.plant import Plant, as_plant, point
 
-CLOSE = 1e-3
-"""Relative step after which a followed speed is known to some 1e-4."""
+CLOSE = 5e-3
+"""Relative step after which a followed speed is known to some 1e-4: chords of other machines are wrong by percents."""
 MOST_STEPS = 8
 """Steps after which a speed is not found by following."""
 PILOT = 40
@@ -80,6 +78,8 @@ TOLERANCE = re.compile(
     rf"\s*(?P<path>[^=\s]+)\s*=\s*(?:(?P<centre>{NUMBER}\s*[^+\s±][^+±]*?|{NUMBER}))?\s*(?:\+-|\+/-|±)\s*"
     rf"(?P<half>{NUMBER})\s*(?P<unit>%|\S*?)\s*(?P<law>normal|uniform)?\s*", re.ASCII | re.IGNORECASE,
 )  # fmt: skip
+CRITICAL = re.compile(r"critical_[1-9]\d*", re.ASCII)
+"""Name of one of them."""
 REQUIREMENT = re.compile(r"\s*(\w+)\s*([<>])\s*(.+?)\s*", re.ASCII)
 Spread = Callable[[Callable[..., Any], Sequence[tuple[Any, ...]]], Iterator[tuple[int, Any]]]
 
@@ -176,21 +176,39 @@ def _converted(path: str, half: float, unit: str, wanted: str) -> float:
     raise DataError(f"--vary: the tolerance of {path} is in '{unit}', its value in '{wanted}'; use one unit")
 
 
-def read_requirements(texts: Iterable[str], names: Sequence[str]) -> tuple[Requirement, ...]:
-    """Requirements of texts 'onset > 30000 rpm'; `names` are the quantities there are; raises DataError."""
+def read_requirements(texts: Iterable[str], what: Sequence[str]) -> tuple[Requirement, ...]:
+    """Requirements of texts 'onset > 30000 rpm' on what is asked for, critical speeds one by one; raises DataError."""
     found = []
     for text in texts:
         match = REQUIREMENT.fullmatch(text)
         if match is None:
             raise DataError(f"--require: '{text}' is not QUANTITY > VALUE; write e.g. 'onset > 30000 rpm'")
-        if match[1] not in names:
-            raise DataError(f"--require: '{match[1]}' is none of the quantities; {did_you_mean(match[1], names)}")
+        if CRITICALS not in what or not CRITICAL.fullmatch(match[1]):
+            _known(match[1], what, "--require")
         try:
             limit = float(parse(match[3], unit_of(match[1])))
         except ValueError as error:
             raise DataError(f"--require: {error}") from error
         found.append(Requirement(match[1], match[2] == ">", limit, text.strip()))
     return tuple(found)
+
+
+def check_critical(names: Iterable[str], task: Task, option: str = "--require") -> None:
+    """Raise DataError for a critical speed that the nominal machine does not have."""
+    speeds = [one.name for one in task.followed if one.name != "onset"]
+    for name in names:
+        if CRITICAL.fullmatch(name) and name not in speeds:
+            raise DataError(
+                f"{option}: up to {task.highest * TO_RPM:.6g} rpm the machine has no {name}, but "
+                f"{', '.join(speeds) or 'none at all'}; raise the highest speed",
+                argument=option.lstrip("-"),
+                value=name,
+            )
+
+
+def _known(name: str, what: Sequence[str], option: str) -> None:
+    if name not in what:
+        raise DataError(f"{option}: '{name}' is none of the quantities asked for; {did_you_mean(name, what)}")
 
 
 def quantity_of(name: str) -> SweepQuantity:
@@ -422,10 +440,7 @@ class RandomResult:
         """Write `random.nc` (SI) and `random.csv` (units in its head) into a folder; returns the paths by kind."""
         folder = make_folder(folder)
         write_netcdf(folder / NETCDF, self.data.rename({p.path: p.path.replace(".", "_") for p in self.variations}))
-        text = io.StringIO()
-        head, rows = self.table()
-        csv.writer(text).writerows([head, *rows])
-        write_text(folder / TABLE, text.getvalue())
+        write_csv(folder / TABLE, *self.table())
         return {"random": str(folder / NETCDF), "table": str(folder / TABLE)}
 
 
@@ -520,9 +535,10 @@ def random_machines(
     variations = read_variations([vary] if isinstance(vary, str) else vary, plant.machine)
     if count < 2 or seed < 0:
         raise DataError(f"random: {count} machines, seed {seed}; give 2 machines or more and a seed from 0")
+    requirements = read_requirements(require, names)
     task = task_of(plant, names, [v.path for v in variations], *point(speed, pressure), highest)
+    check_critical([one.quantity for one in requirements], task)
     task_names = names_of(task, names)
-    requirements = read_requirements(require, task_names)
     shares = qmc.LatinHypercube(len(variations), rng=np.random.default_rng(seed)).random(count)
     values = np.column_stack([one.at(column) for one, column in zip(variations, shares.T, strict=True)])
     machines = [tuple(v.text(x) for v, x in zip(variations, row, strict=True)) for row in values]

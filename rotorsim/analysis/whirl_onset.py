@@ -90,9 +90,12 @@ def stability_limit(
     """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, and its frequency; NaN for none.
 
     The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
-    shorter ones. Raises NoLiftOffError where no speed carries the rotor.
+    shorter ones. Raises NoLiftOffError where no speed carries the rotor. It is not looked for where a table is over the
+    whirl frequency: a Campbell diagram has the damping of each mode at its own frequency.
     """
     search = LeastDamped.up_to(plant, pressure, highest)
+    if plant.assembly.mesh.whirling:
+        return float("nan"), float("nan"), 0.0
     found = first_loss(search, search.with_kinks(np.linspace(0.0, highest, FEWEST + 1)), accuracy)
     if not np.isfinite(found[0]) and not found[2]:
         search.at(highest)  # which states that no speed carries

@@ -110,6 +110,10 @@ class OtherMachine(UserWarning):
     """Warning, raised for a law on a machine of another name than that of its design; its sentence alone is printed."""
 
 
+class UnstableLaw(UserWarning):
+    """Warning, raised for a law of another program whose own states grow; its sentence alone is printed."""
+
+
 class PackageLeftOut(UserWarning):
     """Warning, raised for an installed package that could not be loaded; the command line prints its sentence alone."""
 

@@ -16,7 +16,9 @@ killed holder's lock is free at once in both.
 
 from __future__ import annotations
 
+import csv
 import errno
+import io
 import json
 import os
 import platform
@@ -26,7 +28,7 @@ import socket
 import stat
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from itertools import count
@@ -168,6 +170,18 @@ def write_text(path: str | Path, text: str) -> None:
 def write_json(path: str | Path, value: Any, indent: int | None = 1, default: Any = None) -> None:
     """Write a JSON file in one step; raises WriteError."""
     write_text(path, json.dumps(value, indent=indent, default=default) + "\n")
+
+
+def csv_text(rows: Iterable[Sequence[Any]]) -> str:
+    """Rows as CSV with \\n line ends; a cell of None is empty."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def write_csv(path: str | Path, heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write a table below its heads as a CSV file in one step; raises WriteError."""
+    write_text(path, csv_text([heads, *rows]))
 
 
 def make_folder(path: str | Path) -> Path:

@@ -305,7 +305,7 @@ def hide(
 
 
 STAGES = {
-    "compile": "compiling the machine with all candidate effects, on three grids and laws",
+    "compile": "compiling the machine with all candidate effects, on two grids",
     "check": "checking the records",
     "calibrate": "re-calibrating",
     "prove": "proving the solver",

@@ -44,8 +44,15 @@ WithoutOrbit = Annotated[
         "--without-orbit", help="Add harmonics of the speed that keep the references from following the orbit."
     ),
 ]
-FILES: dict[str, tuple[Any, Any]] = {"law": (LawFile, None), "without_orbit": (WithoutOrbit, False)}
-"""Options that are no parameters: annotation and default."""
+History = Annotated[
+    Path | None,
+    typer.Option("--history", help="CSV file of accelerations over time (time, x, y) in place of the half sine."),
+]
+FILES: dict[str, dict[str, tuple[Any, Any]]] = {
+    "controlled": {"law": (LawFile, None), "without_orbit": (WithoutOrbit, False)},
+    "shock": {"history": (History, None)},
+}
+"""Options of experiments that are no parameters: annotation and default."""
 BUILT_IN = ("controller", "gain_x", "gain_y", "low_pass")
 """Parameters of the built-in law."""
 
@@ -135,6 +142,7 @@ IN_ORDER = (
     "coastdown",
     "steady",
     "impact",
+    "shock",
     "staircase",
     "prbs",
     "multisine",
@@ -169,10 +177,8 @@ def experiment_function(name: str, words: str) -> Callable[..., None]:
     from rotorsim.experiments.experiment import EXPERIMENTS, parameters
 
     kind = EXPERIMENTS[name]
-    setup: Any = kind
-    files: dict[str, tuple[Any, Any]] = {}
-    if name == "controlled":
-        setup, files = ClosedLoopSetup, FILES
+    setup: Any = ClosedLoopSetup if name == "controlled" else kind
+    files = FILES.get(name, {})
     entries = list(parameters(setup))
 
     def command(**values: Any) -> None:

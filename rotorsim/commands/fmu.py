@@ -71,13 +71,20 @@ def export(
     model: Annotated[str, typer.Option(help="'plant', or a JSON file of an identified LPV model.")] = "plant",
     law: Annotated[Path | None, typer.Option(help="A control law that 'rotorsim design' wrote.")] = None,
     fmi: Annotated[str, typer.Option(help="FMI versions: 2, 3, or 2,3 for a file of each.")] = "3",
-    out: Annotated[Path, typer.Option(help="File to write.")] = Path("rotor.fmu"),
+    out: Annotated[
+        Path | None, typer.Option(help="File to write.", show_default="rotor.fmu; with --c-only the unit's name")
+    ] = None,
     *,
+    c_only: Annotated[
+        bool, typer.Option("--c-only", help="Write the law as C99 for a microcontroller, one .c and one .h, no unit.")
+    ] = False,
+    precision: Annotated[str, typer.Option(help="Numbers of --c-only: float64 or float32.")] = "float64",
     unit: UnitOptions,
     name: Annotated[
         str | None,
         typer.Option(help="Name of the model and its libraries.", show_default="that of the subject and of its kind"),
     ] = None,
+    source: Annotated[bool, typer.Option("--source", help="Put the unit's sources next to its binaries.")] = False,
     settings: PlantOptions,
     force: Force = False,
     as_json: AsJson = False,
@@ -91,17 +98,42 @@ def export(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
     plant = settings.plant(machine) if of_plant else None
+    if c_only:
+        if law is None:
+            raise DataError("--c-only: writes a control law; give one with --law")
+        _write_code(law, name, out, precision, force, as_json)
+        return
     from fmu.export import choose, export as write, file_names, named, versions
+    from fmu.importer import info as facts
 
+    out = out or Path("rotor.fmu")
     chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
         made = _unit_of(plant, law, Path(model), start)
-        paths = write(named(made, name), out, chosen, platforms, unit.cpu, partial(typer.echo, err=True))
+        announce = partial(typer.echo, err=True)
+        paths = write(named(made, name), out, chosen, platforms, unit.cpu, announce, source)
     if as_json:
         print_json({f"fmi{v}": str(p) for v, p in paths.items()})
         return
     for path in paths.values():
-        typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB; try 'rotorsim fmu check {path}'")
+        needs = f", needs {facts(path)['needs']}" if "needs" in facts(path) else ""
+        typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB{needs}; try 'rotorsim fmu check {path}'")
+
+
+def _write_code(law: Path, name: str | None, out: Path | None, precision: str, force: bool, as_json: bool) -> None:
+    """Write a law as C99 without FMI."""
+    from fmu.export import code_names, export_code, law_unit, named
+    from fmu.model import identifier
+
+    made = named(law_unit(law), name)
+    out = out or Path(identifier(made))
+    with files(*code_names(out), force=force):
+        paths = export_code(made, out, precision)
+    if as_json:
+        print_json({path.suffix[1:]: str(path) for path in paths})
+        return
+    for path in paths:
+        typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB")
 
 
 def _unit_of(

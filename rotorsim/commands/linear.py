@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import sys
 from math import isnan, pi
 from pathlib import Path
@@ -12,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import write_text
+from rotorsim.base.files import write_csv
 from rotorsim.base.units import TO_HZ, TO_RPM, TO_UM
 from rotorsim.commands import options
 from rotorsim.commands.registry import command
@@ -196,9 +194,7 @@ def _write(found: xr.Dataset, folder: options.ResultFolder, name: str, rows: lis
     from rotorsim.base.hdf5 import write_netcdf
 
     write_netcdf(folder.add(name, f"{name}.nc"), found)
-    text = io.StringIO()
-    csv.writer(text).writerows(rows)
-    write_text(folder.add("table", f"{name}.csv"), text.getvalue())
+    write_csv(folder.add("table", f"{name}.csv"), [str(head) for head in rows[0]], rows[1:])
 
 
 def _response_rows(found: xr.Dataset) -> list[tuple[object, ...]]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.table import Table
 from rich.text import Text
 
 from rotorsim.base.display import end_line, line
@@ -112,18 +111,16 @@ def show(
 def _print_machine(machine: Machine) -> None:
     from rotorsim.machine import rows, summary
 
-    console = options.Console()
-    console.print(summary(machine))
-    table = Table("field", "value", "meaning", box=None, pad_edge=False)
+    options.Console().print(summary(machine))
+    shown: list[tuple[str | Text, ...]] = []
     group = ""
     for path, value, doc in rows(machine):
         above, _, name = path.rpartition(".")
         if above != group:
             group = above
-            table.add_row()
-            table.add_row(Text(group, style="bold"))
-        table.add_row("  " * bool(group) + name, value, doc)
-    console.print(table)
+            shown += [(), (Text(group, style="bold"),)]
+        shown.append(("  " * bool(group) + name, value, doc))
+    options.print_rows(("field", "value", "meaning"), shown)
 
 
 @command("machine effects", "rotorsim machine effects unbalance", "rs.machine.catalogue()")

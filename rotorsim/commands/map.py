@@ -280,7 +280,7 @@ REPORT, CAMPAIGN, WHAT = "report.html", "campaign", "lift_off,onset,flow"
 class RandomOptions:
     """Options about machines that are random within their tolerances."""
 
-    random: Annotated[int | None, typer.Option(min=2, help="Random machines, instead of the axes of --over.")] = None
+    random: Annotated[int | None, typer.Option(help="Random machines, instead of the axes of --over.")] = None
     vary: Annotated[
         list[str] | None, typer.Option(help="Values with tolerances: 'PATH=18 um +- 2 um, PATH=+- 10 % normal'.")
     ] = None
@@ -293,6 +293,8 @@ class RandomOptions:
         """Raise DataError for options that do not go together."""
         if self.random is None and (self.vary or self.require):
             raise DataError("--vary: is for random machines; add --random 500")
+        if self.random is not None and self.random < 2:
+            raise DataError(f"--random: {self.random} machines have no distribution; give 2 or more, e.g. 500")
         if self.random is not None and (over or not self.vary):
             raise DataError("--random: takes --vary and no --over; write e.g. --vary 'bearings.*.clearance=+- 10 %'")
 
@@ -340,7 +342,10 @@ def sweep(
         typer.Option(help="Axis PATH=FROM:TO:COUNT, PATH=A,B or PATH=-10%:+10%:5; PATH may be speed or pressure."),
     ] = None,
     what: Annotated[
-        str, typer.Option(help="Quantities: lift_off, onset, load, flow, damping, frequency, peak.")
+        str,
+        typer.Option(
+            help="Quantities: lift_off, onset, load, flow, damping, frequency, peak, thrust_gap, axial_damping, ..."
+        ),
     ] = WHAT,
     speed: Annotated[str, typer.Option(help="Shaft speed, where it is not an axis.")] = "0 rpm",
     pressure: Annotated[
@@ -435,17 +440,17 @@ def optimise(
     top = None if highest_speed is None else options.quantity("highest-speed", highest_speed, "rad/s")
     options.note_unfed(plant.machine, bool(pressure and point[1]))
     from rotorsim.analysis.optimise import optimise as search
-    from rotorsim.base.files import write_text
+    from rotorsim.base.files import write_csv
 
     with result.folder("optimise", "path.csv") as folder:
         options.note_compiling(plant.assembly, "settle")
         with bar(text="machines", show=not result.as_json) as update:
             found = search(plant, over, objective, require or (), *point, top,
                            update and (lambda done, total: update(completed=done, total=total)))  # fmt: skip
-        write_text(folder.add("path", "path.csv"), found.csv())
+        heads, steps = found.table()
+        write_csv(folder.add("path", "path.csv"), heads, steps)
         if result.report:
             folder.write_page_of(found)
-    heads, steps = found.table()
     rows = [
         ("best", ", ".join(f"{path} = {value}" for path, value in found.machine.items()) or "no step keeps the limits")
     ]

@@ -349,7 +349,7 @@ ABOVE = "above the speeds asked"
 
 def note_unfed(machine: Machine, given: bool, name: str = "") -> None:
     """Print on stderr that no supply pressure acts on a machine without feed, where one was given."""
-    if given and not machine.fed:
+    if given and not machine.supplied:
         film = "gas is supplied to no film of" if machine.films else "there is no gas film in"
         print(f"--pressure: {film} {name or machine.name}, so no pressure changes it", file=sys.stderr)
 
@@ -422,6 +422,10 @@ def warn_of(found: xr.Dataset) -> list[str]:
     return sentences
 
 
+UNBROKEN = 1000
+"""Width [characters] of a table that goes to a file or another program."""
+
+
 class Console(console.Console):
     """Rich's console without markup and highlighting of numbers, for text that may hold anything.
 
@@ -447,12 +451,15 @@ def print_table(rows: Sequence[tuple[str, str]], files: Mapping[str, str]) -> No
         console.print(f"{kind}: {path}", soft_wrap=True, highlight=False)
 
 
-def print_rows(heads: Sequence[str | Column], rows: Iterable[Sequence[str]]) -> None:
-    """Print rows of plain texts below heads, without a frame."""
+def print_rows(heads: Sequence[str | Column], rows: Iterable[Sequence[str | Text]]) -> None:
+    """Print rows of plain texts below heads, without a frame; each on one line where no terminal has a width."""
     table = Table(*heads, box=None, pad_edge=False)
     for row in rows:
         table.add_row(*row)
-    Console().print(table)
+    console = Console()
+    if not console.is_terminal:
+        console.width = UNBROKEN
+    console.print(table)
 
 
 def print_files(files: Mapping[str, str]) -> None:

@@ -51,19 +51,31 @@ def design(
     plant = settings.plant(machine)
     options.note_unfed(plant.machine, bool(pressure and at))
     from rotorsim.analysis.design_review import design_review
-    from rotorsim.base.files import write_text
-    from rotorsim.report.design import counts, design_page, numbers, tables
+    from rotorsim.base.files import write_csv
+    from rotorsim.report.design import answered, asked, counts, design_page, numbers, tables
     from rotorsim.report.page import write_page
 
-    names = ("requirements", "criticals", "unbalances", "clearances", "grades", "zones", "films", "rules")
+    names = (
+        "requirements",
+        "criticals",
+        "cases",
+        "unbalances",
+        "clearances",
+        "grades",
+        "zones",
+        "films",
+        "thrust",
+        "rules",
+    )
     with result.folder("design", *(f"{name}.csv" for name in names)) as folder:
         options.note_compiling(plant.assembly, "settle")
         found = design_review(plant, speeds, at, None if law is None else _sensitivity(plant, law, speeds, at))
         for name, table in tables(found).items():
-            write_text(folder.add(name, f"{name}.csv"), table.csv())
+            write_csv(folder.add(name, f"{name}.csv"), table.heads, table.rows)
         if result.report:
             folder.write_page(lambda path: write_page(lambda: design_page(found, author), path))
-    rows = [(f"{check.name}: {check.asked}", f"{check.verdict} ({check.found})") for check in found.checks]
+    rows = [(f"{check.name}: {asked(check)}", f"{check.verdict} ({answered(check)})") for check in found.checks]
+    rows = [(name.replace("µ", "u"), text.replace("µ", "u")) for name, text in rows]
     rows += [(verdict, str(number)) for verdict, number in counts(found).items()]
     result.show(numbers(found), rows, folder.files)
 
@@ -72,19 +84,25 @@ def _operating_speeds(text: str) -> tuple[float, float]:
     """Lowest and highest operating speed [rad/s] of one speed or of LOWEST:HIGHEST."""
     low, _, high = text.partition(":")
     first = quantity("speed", low, "rad/s")
-    return first, quantity("speed", high, "rad/s") if high else first
+    last = quantity("speed", high, "rad/s") if high else first
+    if not 0 < first <= last:
+        raise DataError(f"--speed: '{text}' does not ascend from above 0; write e.g. '20000 rpm:30000 rpm'",
+                        argument="speed", value=text)  # fmt: skip
+    return first, last
 
 
 def _sensitivity(plant: Plant, path: Path, speeds: tuple[float, float] | None, pressure: float) -> float:
-    """Largest sensitivity of the loop of a law at the highest operating speed."""
+    """Largest sensitivity of the loop of a law at the highest operating speed, infinite where the loop is unstable."""
     from rotorsim.analysis.campbell import top_speed
+    from rotorsim.base.rounding import decays
     from rotorsim.control.law import load_law
     from rotorsim.verify.closed_loop import full_order
 
     if plant.machine.injection is None:
         raise DataError(f"--law: {plant.machine.name} has no actuators; leave it out", argument="law", value=path)
     at = speeds[1] if speeds else top_speed(plant)
-    return full_order(plant, load_law(path), [(at, pressure)])[0].peak
+    loop = full_order(plant, load_law(path), [(at, pressure)])[0]
+    return loop.peak if decays(loop.radius) else float("inf")
 
 
 @command(

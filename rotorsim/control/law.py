@@ -274,13 +274,14 @@ class Law(Guarded, Shown):
 
     @classmethod
     def from_control(cls, system: Any, Ts: float | None = None, name: str | None = None, **settings: Any) -> Law:
-        """The law of a linear system of the package `control`.
+        """The law of a linear system of the package `control`, or of several over speed and pressure.
 
         Parameters
         ----------
-        system : control.StateSpace or control.TransferFunction
+        system : control.StateSpace, control.TransferFunction or mapping
             Disc x, y [m] in, references x, y [V] out; the sign is the system's own: u = K y. Labels disc_x, disc_y,
-            reference_x, reference_y in another order are followed.
+            reference_x, reference_y in another order are followed. A mapping holds one by (speed [rad/s], gauge
+            pressure [Pa]) at each point of a grid, all in the same coordinates of the state.
         Ts : float, optional
             Sampling time [s] that a continuous system is sampled at, by Tustin's rule; a sampled one must have it. By
             default 0.2 ms, the rig's, and a continuous system is refused.
@@ -293,7 +294,12 @@ class Law(Guarded, Shown):
         Raises
         ------
         LawError
-            For a wrong number of signals, a continuous system without `Ts`, another sampling time.
+            For a wrong number of signals, a continuous system without `Ts`, another sampling time, a grid with gaps.
+
+        Warns
+        -----
+        UnstableLaw
+            Of a law whose own states grow at a point of its table, or half way between two.
 
         Examples
         --------

@@ -1,13 +1,15 @@
 """Laws from and for other programs: systems of the package `control`, MATLAB files."""
 
 import json
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from rotorsim.base import foreign_systems as foreign
-from rotorsim.base.errors import DataError, LawError
+from rotorsim.base.errors import DataError, LawError, UnstableLaw
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.plausibility import Plausibility
@@ -17,6 +19,8 @@ from rotorsim.control.systems import System, tustin
 MATRICES = ("A", "B", "C", "D", "W")
 DEFAULTS = {"average": 0.2, "fade": 0.05}
 """Seconds in which a law from elsewhere seeks its centre, and in which its output then comes in."""
+MARGIN = 1e-6
+"""Growth of a state a sample that still counts as that of an integrator."""
 MAT_SETTINGS = ("refresh", "limit", "start", "average", "fade")
 """Scalars of a law in a .mat file; each has its default where it is missing."""
 
@@ -27,7 +31,61 @@ MAT_READ = (*MAT_SETTINGS, "W", "name", "speeds", "pressures", "centre", "bias",
 
 
 def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:
-    """Law, of the class `kind`, of a linear system of the package `control`; see `Law.from_control`."""
+    """Law, of the class `kind`, of a system of the package `control` or of several; see `Law.from_control`."""
+    make = _of_several if isinstance(system, Mapping) else _of_one
+    law = make(kind, system, Ts, name, settings)
+    warn_unstable(law)
+    return law
+
+
+def warn_unstable(law: Any) -> None:
+    """Warn UnstableLaw if the law's own states grow, at a point of its table or half way between two."""
+    over = law.A
+    for axis in (0, 1):
+        between = (over.take(range(1, over.shape[axis]), axis) + over.take(range(over.shape[axis] - 1), axis)) / 2
+        over = np.concatenate([over, between], axis)
+    radius = float(np.abs(np.linalg.eigvals(over)).max(initial=0.0))
+    if radius > 1 + MARGIN:
+        warnings.warn(
+            f"law {law.name}: is unstable by itself, its states grow by a factor of {radius:.6g} a sample somewhere in "
+            "its table; it winds up while the reference is limited, and diverges where the loop is open",
+            UnstableLaw,
+            stacklevel=4,
+        )
+
+
+def _of_several(kind: Any, systems: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:
+    """Law over a grid of points, of systems by (speed, pressure)."""
+    if not systems:
+        raise LawError("law: no systems; give a control.StateSpace by (speed, pressure)", argument="system")
+    speeds, pressures = (sorted({float(point[k]) for point in systems}) for k in (0, 1))
+    missing = [(w, p) for w in speeds for p in pressures if (w, p) not in systems]
+    if missing:
+        raise LawError(
+            f"law: the table has no system at {missing[0][0]:g} rad/s, {missing[0][1]:g} Pa; give one at each speed "
+            "for each pressure",
+            argument="system",
+            value=missing[0],
+        )
+    made = {point: _of_one(kind, system, Ts, name, {}) for point, system in systems.items()}
+    first = next(iter(made.values()))
+    for point, law in made.items():
+        if (law.order, law.Ts) != (first.order, first.Ts):
+            raise LawError(
+                f"law {law.name}: {law.order} states, {law.Ts:g} s at {point[0]:g} rad/s, {point[1]:g} Pa; the first "
+                f"has {first.order}, {first.Ts:g} s",
+                argument="system",
+                value=point,
+            )
+    table = {
+        letter: np.array([[getattr(made[w, p], letter)[0, 0] for p in pressures] for w in speeds])
+        for letter in MATRICES
+    }  # fmt: skip
+    return first.with_(**table | {"speeds": speeds, "pressures": pressures} | settings)
+
+
+def _of_one(kind: Any, system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:
+    """Law of one system, at every operating point."""
     label = name or getattr(system, "name", None) or type(system).__name__
     what = f"law {label}"
     try:
@@ -72,11 +130,13 @@ def from_mat(kind: Any, path: Path) -> Any:
         Ts = foreign.number(content, "Ts", 0.0)
         if Ts == 0:
             raise DataError(f"is continuous, Ts = 0; sample it in MATLAB: sys = c2d(sys, {RIG_SAMPLE:g}, 'tustin')")
-        return _of_content(kind, path.stem, content, Ts)
+        law = _of_content(kind, path.stem, content, Ts)
     except (DataError, LawError) as error:
         raise LawError(f"{path}: {error}") from error
     except (ValueError, TypeError, AttributeError) as error:
         raise LawError(f"{path}: is not a law ({error}); save one by 'law.save' or A, B, C, D, Ts") from error
+    warn_unstable(law)
+    return law
 
 
 def _ordered(content: dict[str, Any], table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

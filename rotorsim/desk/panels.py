@@ -21,7 +21,7 @@ from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.machine.schema import Machine
 from rotorsim.plant import Plant
-from rotorsim.report.design import SIGNS, tables
+from rotorsim.report.design import SIGNS, answered, asked, tables
 from rotorsim.report.linear import criticals, distinct, peaks, warned
 from rotorsim.report.page import cells
 
@@ -238,7 +238,7 @@ def _limits(case: DesignCase) -> Plain:
     known = sorted((c for c in review.checks if isfinite(c.reserve)), key=lambda c: c.reserve)
     rest = [c for c in review.checks if not isfinite(c.reserve)]
     rows = [
-        (c.name, c.asked, c.found, f"{100 * c.reserve:+.0f} %" if isfinite(c.reserve) else "-", SIGNS[c.verdict])
+        (c.name, asked(c), answered(c), f"{100 * c.reserve:+.0f} %" if isfinite(c.reserve) else "-", SIGNS[c.verdict])
         for c in (*known, *rest)
     ]
     missed = sum(c.verdict == MISSED for c in review.checks)

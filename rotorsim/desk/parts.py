@@ -12,20 +12,20 @@ from rotorsim.desk.design import NEW, Design, _at, _shown, unit_of
 from rotorsim.machine.schema import leaves
 
 GROUPS = {
-    "shaft.sections": "Shaft sections", "discs": "Discs", "bearings": "Bearings", "probes": "Probes",
-    "shaft.layers": "Layers on the shaft", "point_masses": "DeskPoint masses", "effects": "Effects", "shaft": "Shaft",
-    "probe": "Measuring plane", "injectors": "Injectors", "injection": "Injection", "actuators": "Actuators",
-    "gas": "Gas", "drive": "Drive", "limits": "Limits", "grid": "Grid of the film", "solver": "Solver",
-    "checked": "Checked range", "": "Machine",
+    "shaft.sections": "Shaft sections", "discs": "Discs", "bearings": "Bearings",
+    "thrust_bearings": "Thrust bearings", "probes": "Probes", "shaft.layers": "Layers on the shaft",
+    "point_masses": "Point masses", "effects": "Effects", "shaft": "Shaft", "probe": "Measuring plane",
+    "injectors": "Injectors", "injection": "Injection", "actuators": "Actuators", "gas": "Gas", "drive": "Drive",
+    "limits": "Limits", "grid": "Grid of the film", "solver": "Solver", "checked": "Checked range", "": "Machine",
 }  # fmt: skip
 """Titles of groups of parts in their order, by the key of their list or table; those of `OPEN` are open at first."""
-OPEN = ("shaft.sections", "discs", "bearings", "probes")
+OPEN = ("shaft.sections", "discs", "bearings", "thrust_bearings", "probes")
 NAMES = {
-    "shaft.sections": "section", "discs": "disc", "bearings": "bearing", "probes": "probe", "shaft.layers": "layer",
-    "point_masses": "mass", "injectors": "injector",
+    "shaft.sections": "section", "discs": "disc", "bearings": "bearing", "thrust_bearings": "thrust bearing",
+    "probes": "probe", "shaft.layers": "layer", "point_masses": "mass", "injectors": "injector",
 }  # fmt: skip
 """Word for a part of a list."""
-LISTS = re.compile(r"(shaft\.sections|shaft\.layers|discs|point_masses|bearings|probes|injectors)\.(\d+)\.(.+)")
+LISTS = re.compile(rf"({'|'.join(map(re.escape, NAMES))})\.(\d+)\.(.+)")
 EFFECT = re.compile(r"(effects\.\w+(?:\.\d+)?)\.(.+)")
 ADDED = {"effects": ("effects.unbalance", "effects.gravity")}
 """Parts that can be added to a group, where they are not of the group's own kind."""

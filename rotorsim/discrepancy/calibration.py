@@ -318,7 +318,7 @@ def other_law(twin: Twin) -> tuple[Twin, dict[FitParameter, float]] | None:
     key = flow_key(twin)
     if not machine.injectors or not key:
         return None
-    other = replace(twin, machine=exchanged(machine), only=())  # it shows the calibration alone
+    other = replace(twin, machine=exchanged(machine)).with_candidates()  # it shows the calibration alone
     try:
         return other, {FitParameter(key, FLOW_STEP): _drift(twin, other, key)}
     except FAILURES:

@@ -62,6 +62,8 @@ PROBE_DRIFT = (
     " compared, so that no effect is found in it or refuted by it; check that probe, and what holds it"
 )
 """Note on a drift along one probe."""
+FEWEST_PAIRS = 3
+"""Fewest pairs of records that repeat each other whose scatter may contradict a stated accuracy."""
 LN2 = 0.6931471805599453
 """Median of an exponential distribution of mean 1."""
 QUIET, ROWS = "the quiet lines within the records", "neighbouring rows"
@@ -155,6 +157,17 @@ def own_scatter(trials: list[Trial], residuals: list[np.ndarray]) -> float:
     pairs = [(t, s / len(r)) for t, r in zip(trials, residuals, strict=True) if (s := _within(r)) is not None]
     lines = np.concatenate([s[0, : len(t.channels), 1:].ravel() for t, s in pairs]) if pairs else np.zeros(1)
     return float(np.sqrt(np.median(lines) / LN2 / 2))
+
+
+def scatter_of_repeats(trials: list[Trial]) -> float:
+    """Scatter [m] of the loudest line between records that repeat each other; 0 where fewer than `FEWEST_PAIRS` do."""
+    apart = []
+    for a, b in combinations((t for t in trials if not t.orders), 2):
+        if repeats(a, b):
+            lines = a.spectra.mean(axis=0)[: len(a.channels)]
+            loudest = 1 + int(np.argmax(np.sum(np.abs(lines[:, 1:]) ** 2, axis=0)))
+            apart.append((lines - b.spectra.mean(axis=0)[: len(a.channels)])[:, loudest])
+    return float(np.sqrt(np.mean(np.abs(np.array(apart)) ** 2) / 4)) if len(apart) >= FEWEST_PAIRS else 0.0
 
 
 def _known(trials: list[Trial]) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
-from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress
+from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress, within
 from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
 from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
@@ -25,14 +25,20 @@ from rotorsim.discrepancy.comparison import (
     table,
     unsteady,
 )
-from rotorsim.discrepancy.data_vector import TOLERANCE, own_scatter, unknown_sources, without_hum, without_probe_drift
+from rotorsim.discrepancy.data_vector import (
+    TOLERANCE,
+    own_scatter,
+    scatter_of_repeats,
+    unknown_sources,
+    without_hum,
+    without_probe_drift,
+)
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
-    FAINT_LAW,
+    NOT_IDENTIFIABLE,
     PRICE,
     ProposedLaw,
     after_choice,
-    at_two_places,
     candidate_laws,
     cannot_tell,
     discovered,
@@ -41,6 +47,7 @@ from rotorsim.discrepancy.discovery import (
     own_resonance,
     priced,
     remembered,
+    solved,
     with_rival,
 )
 from rotorsim.discrepancy.fit import (
@@ -117,17 +124,20 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import by_chance, drift, random_force, repeating
+from rotorsim.discrepancy.stochastic import by_chance, repeating, what_does_not_repeat
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
+    MORE,
     SURE,
+    TEMPERATURE,
     Explanation,
     SearchVerdict,
     explanation_odds,
     joined_classes,
     judge,
     probability_of,
+    with_more,
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -187,11 +197,6 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
-TWO_PLACES = (
-    "a law was looked for at all places; forces at two places, {}, are clearly better by the linear model than all of "
-    "them at one place, {}: no law is given; record each place by itself, or with a probe near it"
-)
-"""Note on forces at two places, which are not compiled into the plant."""
 WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a law explains them clearly better"
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
@@ -199,12 +204,6 @@ NO_PEACE = (
     "calibration does: whether nothing is missing stays open"
 )
 """Note on records that agree line by line alone."""
-NOT_IDENTIFIABLE = (
-    "a stiffness, damping, mass or delayed force at a place would make all records together agree better, and no group "
-    "of lines shows it: which of these it is, and where, is not identifiable from these records, in which an error of "
-    "the model's form is alike; measure at the places where such a force may act"
-)
-"""Note on a constant linear force that no group of lines shows."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -360,6 +359,21 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
     return kept, [sentence]
 
 
+def _priced(law: ProposedLaw) -> float:
+    """Sum of squares that a law leaves, and the price of its coefficients."""
+    return law.cost + PRICE * len(law.coefficients)
+
+
+def _most_probable(
+    best: Hypothesis | None, verdict: SearchVerdict, odds: Sequence[Explanation]
+) -> Hypothesis | None:  # fmt: skip
+    """The hypothesis with the largest probability among the one that a search accepts and all that were fitted."""
+    if best is None:
+        return None
+    fitted = [h for h in verdict.fitted if not h.failed and h.excess <= best.excess + MORE]
+    return max([best, *fitted], key=lambda h: (probability_of(h.keys, odds), -h.fit.cost))
+
+
 @dataclass(eq=False)
 class DiagnosisRun:
     """Run of a diagnosis: locate the misfit, calibrate, search, judge, report."""
@@ -386,6 +400,8 @@ class DiagnosisRun:
     """Hypotheses that were fitted."""
     growing: str = field(default="", init=False)
     """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
+    contradiction: str = field(default="", init=False)
+    """Sentence on a stated accuracy that contradicts the records."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
@@ -441,9 +457,14 @@ class DiagnosisRun:
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
         if self.late is not None and judgement.verdict.status in ("unknown", "partial") and not self._acts_late():
             check_late(self.parts.values(), self.late)
-        accuracy, scatter = max(t.accuracy for t in self.fitted.trials), own_scatter(self.fitted.trials, blocks)
+        accuracy = max(t.accuracy for t in self.fitted.trials)
+        scatter = max(own_scatter(self.fitted.trials, blocks), scatter_of_repeats(self.fitted.trials))
         answered = judgement.verdict.status not in ("unknown", "partial")
-        notes += [*judgement.notes, *accuracy_notes(accuracy, scatter, [*groups, *apart], answered)]
+        best = base if judgement.verdict.best is None else judgement.verdict.best.fit
+        others = [f for part in self.parts.values() if part is not self.fitted
+                  for f in table(part, part.residual(best.point))]  # fmt: skip
+        self.contradiction = next(iter(accuracy_notes(accuracy, scatter, [*groups, *apart, *others], answered)), "")
+        notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
         if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
         if judgement.verdict.best is not None and not flags:
@@ -495,18 +516,18 @@ class DiagnosisRun:
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law that no effect of the catalogue is, or with what does not repeat; None for neither.
 
-        A law has to explain the records clearly better than the best effects of the catalogue, and is not looked for
-        where a group of lines shows a name, a tie or a calibration, unless the tie leaves open what is not in the
-        catalogue. A verdict that no group shows is not given where such a law is not borne out. What does not repeat is
-        the verdict only where nothing else is open, and else a note.
+        A law has to explain the records clearly better than the best effects of the catalogue, both next to a
+        calibration that has converged: one that has not makes any further term look good. It is not looked for where a
+        group of lines shows a name or a calibration. A verdict that no group shows is not given where such a law is not
+        borne out, nor peace where a constant force is there. What does not repeat is the verdict where nothing else is
+        open, and else a note.
         """
         if self.machine.film is not None:
             return None
         lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
-        left_open = status == "tie" and any(e.beyond and e.probability > EXCLUDED for e in judgement.odds)
-        if not (unanswered or faint or left_open or status == "no_disagreement"):
+        if not (unanswered or faint or status in ("tie", "no_disagreement")):
             return None
         if lacking:
             notes += [lacking] if unanswered else []
@@ -514,8 +535,8 @@ class DiagnosisRun:
         self.progress("discover")
         rival = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
         try:
+            base = finished(self.fitted, base, central=False)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
-            base = replace(base, J=seen["fit"].J)
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             found = self._discovered(base, flags, apart, seen, own, rival)
             if isinstance(found, Diagnosis):
@@ -523,14 +544,16 @@ class DiagnosisRun:
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
             if faint and found:
                 return self._without_name(base, judgement, notes)
-            if left_open or (faint and status != "no_disagreement"):
+            if status == "tie" or (faint and status != "no_disagreement"):
                 return None
-            force = drift(self.fitted, base) or random_force(seen["fit"])
+            force = what_does_not_repeat(self.fitted, base, seen["fit"])
         except NoAnswerError:
             return None
         if force is None:
-            return None
-        if status != "unknown" or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
+            constant = found is None and faint
+            return self._without_name(base, judgement, notes) if constant else None
+        refuted = bool(found) and status != "unknown"
+        if status == "partial" or refuted or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
             notes.append(NOT_REPEATED.format(force.sentence))
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
@@ -540,12 +563,13 @@ class DiagnosisRun:
         """Diagnosis without a verdict that no group shows: a law is clearly better than it, but not borne out."""
         best, rivals = judgement.verdict.best, judgement.verdict.rivals
         names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
-        notes.append(WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE)
+        notes += [WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
         return self._result(base, [], withdrawn(judgement), None, notes)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
         """Observed places of the records of a role, about the calibration."""
-        return ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+        J = base.J if part is self.fitted else part.jacobian(base.point, base.parameters)
+        return ObservedPlaces.of(part, base, part.residual(base.point), J)
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
@@ -559,29 +583,19 @@ class DiagnosisRun:
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
         """
-        known = base.cost if rival is None else min(base.cost, priced(rival))
-        laws, clear = laws_of(seen["fit"], seen.get("held_out"), base), CLEAR if flags else FAINT_LAW
-        if known - laws[0].cost - PRICE * len(laws[0].coefficients) < clear:
+        laws = laws_of(seen["fit"], seen.get("held_out"), base)
+        law, known = laws[0], base.cost
+        if rival is not None and known - _priced(law) >= CLEAR:  # both stand next to a calibration that has converged
+            rival = replace(rival, fit=finished(self.fitted, rival.fit, central=False))
+            known = min(known, priced(rival))
+        if known - _priced(law) < CLEAR:
             return ""
-        if laws[0].constant and not (flags or own_resonance(laws[0], seen["fit"], base)):
+        if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
             return None
-        apart_from = at_two_places(laws[0], seen["fit"], seen.get("held_out"), base)
-        if apart_from is not None:
-            return TWO_PLACES.format(apart_from.names, laws[0].names)
-        if laws[0].remembers:
-            parts = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}
-            left = remembered(parts, base, laws, known)
-            if left is None:
-                return NO_LAW.format(laws[0].names)
-            found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
-            gap = found.gap.copy(deep=True)
-            gap["gap"].values[:, :, 2] = np.concatenate(
-                [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
-            )
-            law = of_remembered(laws, known, law_places(self.machine)[laws[0].place])
-            return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=law)
+        if law.remembers:
+            return self._of_memory(base, flags, seen, laws, known, notes)
         with candidate_laws(laws, self.models.twin) as forms:
-            models = CompiledModels.of(self.machine, {form.effect for form in forms})
+            models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
                           progress=lambda stage: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
@@ -591,14 +605,15 @@ class DiagnosisRun:
             judgement = own._judged(base, flags, verdict, search, 0.0)
             best, keys = judgement.verdict.best, {f.key for f in forms}
             odds = with_rival(judgement.odds, judgement.verdict.fitted, rival)
-            odds = after_choice(odds, [*keys], laws[0].tried)
+            odds = after_choice(odds, [*keys], law.tried)
+            best = _most_probable(best, judgement.verdict, odds)
             rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
                                               and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
             p = 0.0 if best is None else probability_of(best.keys, odds)
             sure = p + sum(probability_of((name,), odds) for name in rivals if name in keys) >= SURE
             borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
-            if best is None or not (borne_out and sure and known - priced(best) > clear):
-                return NO_LAW.format(laws[0].names)
+            if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
+                return NO_LAW.format(law.names)
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]
@@ -606,10 +621,40 @@ class DiagnosisRun:
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
             found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            law = discovered(proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma)
+            law_found = discovered(
+                proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma
+            )
         return replace(
-            found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from, discovered=law
+            found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
+            discovered=law_found,
+        )  # fmt: skip
+
+    def _of_memory(
+        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], laws: Sequence[ProposedLaw],
+        known: float, notes: list[str],
+    ) -> Diagnosis | str:  # fmt: skip
+        """Diagnosis with the first of laws with a memory, by the linear model; a sentence where it is not borne out.
+
+        The plant cannot run it: the calibration moves as the law has it, and the law is solved once more from there.
+        """
+        law, before = laws[0], {role: part.residual(base.point) for role, part in self.parts.items()}
+        there = base.point.moved(base.parameters, within(base.parameters, base.vector + law.moved) - base.vector)
+        moved = replace(base, point=there, residual=self.fitted.residual(there),
+                        J=self.fitted.jacobian(there, base.parameters))  # fmt: skip
+        parts = {role: self._seen(part, moved) for role, part in self.parts.items()}
+        again = replace(solved(parts["fit"], parts.get("held_out"), moved, law.place, law.terms), tried=law.tried)
+        if again.cost > law.cost:
+            parts, again = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}, law
+        left = remembered(parts, before, [again, *laws[1:]], known)
+        if left is None:
+            return NO_LAW.format(law.names)
+        found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
+        gap = found.gap.copy(deep=True)
+        gap["gap"].values[:, :, 2] = np.concatenate(
+            [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
         )
+        discovered_law = of_remembered([again, *laws[1:]], known, law_places(self.machine)[law.place])
+        return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=discovered_law)
 
     def _as_exact_as_shown(self, best: Hypothesis) -> tuple[Hypothesis, list[str]]:
         """A borne-out hypothesis, fitted with the tolerance that the records show with it; a note where it is finer.
@@ -679,8 +724,45 @@ class DiagnosisRun:
                 astray,
                 self.growing,
                 self.unclear,
+                bool(flags),
+                self._faint(base),
             )
         )
+
+    def _faint(self, base: ParameterFit) -> tuple[Hypothesis, ...]:
+        """Single effects below what a name takes that are alike, the best first: all records agree with each of them.
+
+        None where late probes explain the records better.
+        """
+        if self.laws is not None or (self.late is not None and not self._acts_late()):
+            return ()
+        able = (h for h in self.tried if not h.failed and len(h.forms) == 1)
+        best: dict[tuple[str, ...], Hypothesis] = {}
+        for h in sorted(able, key=lambda h: h.fit.cost):
+            best.setdefault(h.keys, h)
+        alike = [h for h in best.values() if h.fit.cost < next(iter(best.values())).fit.cost + AS_FAR]
+        alike = [h for h in alike if self._agrees(h.fit, base)]
+        clear = alike and self._unfitted(base) - self._unfitted(alike[0].fit) > -2 * TEMPERATURE * np.log(1 - SURE)
+        return tuple(alike) if clear else ()
+
+    def _unfitted(self, fit: ParameterFit) -> float:
+        """Sum of squares of the vibration at points that were not fitted, with the numbers of a fit."""
+        others = (part for role, part in self.parts.items() if role != "fit")
+        return sum(float(np.sum(part.residual(fit.point)[part.layout.frequency > 0] ** 2)) for part in others)
+
+    def _agrees(self, fit: ParameterFit, base: ParameterFit) -> bool:
+        """Whether no group of lines is beyond its floor with a fit, alone or with all others, and it is believed.
+
+        A number at a limit, where the calibration alone has it too, speaks neither for the effect nor against it.
+        """
+        if set(strained(fit)) - set(strained(base)):
+            return False
+        left = {role: part.residual(fit.point) for role, part in self.parts.items()}
+        groups = [f for role, part in self.parts.items() for f in table(part, left[role])]
+        worse = "untouched" in left and worse_than(
+            self.parts["untouched"], self.parts["untouched"].residual(ParameterPoint()), left["untouched"]
+        )
+        return not (worse or seen_together(groups) or any(f.group != "slow" for f in flagged(groups)))
 
     def _large(
         self, fits: Sequence[tuple[str, ParameterFit]], V: np.ndarray | None = None
@@ -722,7 +804,7 @@ class DiagnosisRun:
         fits = sorted((h for h in self.tried if not h.failed and len(h.forms) == 1), key=lambda h: h.fit.cost)
         if not fits or base.cost - fits[0].fit.cost < FAINT_HINT:
             return []
-        names = " or ".join(h.keys[0] for h in fits if h.fit.cost < fits[0].fit.cost + AS_FAR)
+        names = " or ".join(dict.fromkeys(h.keys[0] for h in fits if h.fit.cost < fits[0].fit.cost + AS_FAR))
         return [HINT.format(names=names, fall=base.cost - fits[0].fit.cost, least=CLEAR)]
 
     def _name(
@@ -739,7 +821,9 @@ class DiagnosisRun:
             return quiet, search
         verdict = judge(search)
         self.tried = verdict.fitted
-        return (verdict if flags or verdict.status in ("named", "tie") else quiet), search
+        return (
+            verdict if flags or verdict.status in ("named", "tie") else replace(quiet, tried=verdict.fitted)
+        ), search
 
     def _search(self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit]) -> EffectSearch:
         raw: dict[str, np.ndarray] = {}
@@ -784,7 +868,8 @@ class DiagnosisRun:
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
             unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
-        stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, None if best is None else best.fit.point]
+        shown_at = None if best is None else best.fit.point if self.laws is None else proven.point
+        stages: list[ParameterPoint | None] = [ParameterPoint(), base.point, shown_at]
         gap = gap_dataset({role: (part, gap_of(part, stages)) for role, part in self.parts.items()})
         shown = {role: spectra_of(part, stages) for role, part in self.parts.items()}
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
@@ -823,6 +908,8 @@ class DiagnosisRun:
             far_bearings=self.far_bearings,
             left=judgement.left,
             worse=judgement.worse,
+            reason=judgement.reason,
+            contradiction=self.contradiction,
         )
 
     def _odds(
@@ -831,9 +918,14 @@ class DiagnosisRun:
         """Probabilities of the explanations; none where their evidence has no number."""
         excess_of_unsteady = sum(f.excess for f in flags if f.group == UNSTEADY)
         try:
-            return explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
+            odds = explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
         except NoAnswerError:
             return ()
+        tried = {h.keys: h.fit for h in sorted(self.tried, key=lambda h: -h.fit.cost) if not h.failed}
+        if flags or not tried or self.laws is not None:
+            return odds
+        before = self._unfitted(base)
+        return with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
 
     def _planner(
         self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, odds: tuple[Explanation, ...]
@@ -876,7 +968,8 @@ class DiagnosisRun:
     ) -> tuple[ParameterFit, np.ndarray]:
         """Fit whose numbers are reported, converged from `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
-        done = finished(comparison, proven, lambda: self.progress("show"))
+        # a law is fitted to linear bearings alone, where both sides are alike
+        done = finished(comparison, proven, lambda: self.progress("show"), central=self.laws is None)
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
     def _proven(self, fit: ParameterFit) -> tuple[TwinComparison, ParameterFit]:

@@ -1,12 +1,13 @@
 r"""Laws discovered from data: a force at a place that no effect of the catalogue has, proposed from the residual.
 
 Terms g_k of the motion at a place (`law_terms`), each with a coefficient along x and one along y, are chosen one by
-one, together with the calibration's own columns J,
+one, together with the calibration's own columns J, about a calibration that has converged,
 
 .. math:: r \approx J\,\delta\theta - \sum_k c_k\,H_{sp}\,\mathcal F\{g_k(q_p, \dot q_p, \Omega, \varphi)\}
 
-until a twentieth of what was beyond the floor stays. Records that are held out choose the place. The law becomes an
-effect, a file of its own, which is compiled into the plant, fitted as a candidate, and judged as any other.
+until a twentieth of what was beyond the floor stays. Records that are held out choose the place. A further term, at
+any place, has to be clearly better. The law becomes effects, in a file of its own, which are compiled into the plant,
+fitted as a candidate, and judged as any other.
 
 Cites: brunton_2016.
 """
@@ -31,7 +32,7 @@ from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
 from rotorsim.base.rounding import ALIKE, answer
 from rotorsim.discrepancy.calibration import FitParameter
-from rotorsim.discrepancy.candidates import Form, screen
+from rotorsim.discrepancy.candidates import Form, Screening, screen
 from rotorsim.discrepancy.comparison import excess, table
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, Hypothesis
@@ -70,15 +71,21 @@ ONE_AMPLITUDE = (
     "that does not; record the same points with half the excitation, or with a trial weight"
 )
 """Notes on records of which no law can be identified."""
+NOT_IDENTIFIABLE = (
+    "a stiffness, damping, mass or delayed force at a place makes all records together agree clearly better, and no "
+    "group of lines shows it: which of these it is, and where, these records do not tell, nor from an error of the "
+    "model's form; record with probes near the places where such a force may act, at more speeds, or with more "
+    "excitation"
+)
+"""Note on a constant linear force that no group of lines shows."""
 MOMENTS = 500
 """Moments of a record that show a law."""
 EQUAL = 6.0
 """Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
 SIMPLEX = 0.05
 """First relative change of a number of a shape."""
-FAINT_LAW = 2 * CLEAR
-"""Fall of the sum of squares by a law from which on it is fitted where nothing is beyond the floor: a shaft without
-shear in place of one with it makes 170, by constant stiffness."""
+OF_RESONANCE = 2 * CLEAR
+"""Fall of the sum of squares by a hidden mass, below that by all of stiffness, damping and mass, that makes it one."""
 RIGID = 1e9
 """Resonance [rad/s] of a hidden mass that moves with its foot."""
 PRICE = 9.0
@@ -135,6 +142,19 @@ class ProposedLaw:
         return self.cost + self.held + PRICE * len(self.coefficients) - EQUAL * sum(one.one for one in self.terms)
 
     @property
+    def places(self) -> tuple[str, ...]:
+        """Places at which its terms act."""
+        return tuple(dict.fromkeys(one.place or self.place for one in self.terms))
+
+    def part_at(self, place: str) -> ProposedLaw:
+        """Its terms that act at a place."""
+        ends = np.cumsum([0, *(len(one.parameters) for one in self.terms)])
+        own = [i for i, one in enumerate(self.terms) if (one.place or self.place) == place]
+        numbers = [k for i in own for k in range(ends[i], ends[i + 1])]
+        terms = tuple(replace(self.terms[i], place="") for i in own)
+        return replace(self, place=place, terms=terms, coefficients=self.coefficients[numbers])
+
+    @property
     def remembers(self) -> bool:
         """Whether a term has a memory."""
         return any(one.term.memory is not None for one in self.terms)
@@ -154,7 +174,7 @@ class ProposedLaw:
         """Terms and place as text."""
         return " with ".join(
             f"{' with '.join(one.term.name for one in self.terms if (one.place or self.place) == place)} of {place}"
-            for place in dict.fromkeys(one.place or self.place for one in self.terms)
+            for place in self.places
         )
 
 
@@ -162,41 +182,105 @@ def propose(
     fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, most: int = MOST_TERMS
 ) -> list[ProposedLaw]:
     """The best law at each place, by falling score."""
+    return [law for law, *_ in _by_place(fit, held, base, most)]
+
+
+def _by_place(
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, most: int
+) -> list[tuple[ProposedLaw, ProposedLaw]]:  # fmt: skip
+    """The best law at each place and its first term alone, by falling score."""
     found = [_at_place(fit, held, base, place, most) for place in fit.motions]
-    tried = sum(count for _, count in found)
-    return sorted((replace(one, tried=tried) for one, _ in found), key=lambda p: p.score)
+    tried = sum(count for *_, count in found)
+    laws = [(replace(law, tried=tried), replace(first, tried=tried)) for law, first, _ in found]
+    return sorted(laws, key=lambda pair: pair[0].score)
 
 
-def _at_place(
-    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, most: int
-) -> tuple[ProposedLaw, int]:  # fmt: skip
-    """The best law at a place, and the number of terms that were tried."""
-    options = [LawTerm(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
-    columns = [one.columns(fit, place) for one in options]
+def _options(fit: ObservedPlaces, place: str) -> list[LawTerm]:
+    """All terms that may act at a place, with each of their shapes."""
+    return [LawTerm(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
+
+
+def _screened(base: ParameterFit, columns: Sequence[np.ndarray]) -> Screening:
+    """Terms by their columns, projected off the calibration."""
     forms = [
         Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(c.shape[1])))
         for i, c in enumerate(columns) for size in (float(np.linalg.norm(c, axis=0).max()),)
     ]  # fmt: skip
-    view, chosen, best = screen(base, forms, columns), tuple[int, ...](), None
+    return screen(base, forms, columns)
+
+
+def _at_place(
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, most: int
+) -> tuple[ProposedLaw, ProposedLaw, int]:  # fmt: skip
+    """The best law at a place, its first term alone, and the number of terms that were tried."""
+    options = _options(fit, place)
+    columns = [one.columns(fit, place) for one in options]
+    view, chosen, found = _screened(base, columns), tuple[int, ...](), list[ProposedLaw]()
     nothing = excess(table(fit.comparison, fit.residual))
-    for _ in range(most):
+    while len(chosen) < most:
         taken = {name for k in chosen for name in (options[k].term.name, *dict(options[k].shape))}
         drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
                  if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
         chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
-        terms = _shaped(fit, base, place, [*(best.terms if best else ()), options[chosen[-1]]])
+        terms = _shaped(fit, base, place, [*(found[-1].terms if found else ()), options[chosen[-1]]])
         proposal = solved(fit, held, base, place, terms)
-        if best is not None and proposal.score > best.score - CLEAR:
+        if found and proposal.score > found[-1].score - CLEAR:
             break
-        best = proposal
-        if best.left <= (1 - ENOUGH) * nothing:
+        found.append(proposal)
+        if proposal.left <= (1 - ENOUGH) * nothing:
             break
-    assert best is not None
-    for i, one in enumerate(best.terms):
-        merged = [*best.terms[:i], replace(one, one=True), *best.terms[i + 1 :]]
-        alike = solved(fit, held, base, place, merged)
-        best = alike if alike.score < best.score else best
-    return best, len(options)
+    return _with_equal(found[-1], fit, held, base), found[0], len(options)
+
+
+def _with_equal(
+    law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
+) -> ProposedLaw:  # fmt: skip
+    """A law with one coefficient for x and y wherever that is better."""
+    for i, one in enumerate(law.terms):
+        merged = [*law.terms[:i], replace(one, one=True), *law.terms[i + 1 :]]
+        alike = solved(fit, held, base, law.place, merged)
+        law = replace(alike, tried=law.tried) if alike.score < law.score else law
+    return law
+
+
+def extended(
+    law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
+) -> ProposedLaw:  # fmt: skip
+    """A law with further terms at any place, as long as each makes it clearly better.
+
+    None of them is constant, as what an error of the model's form adds, or has a memory.
+    """
+    options = [
+        replace(one, place="" if place == law.place else place)
+        for place in fit.motions for one in _options(fit, place) if not one.term.constant and one.term.memory is None
+    ]  # fmt: skip
+    columns = [one.columns(fit, law.place) for one in options]
+    while len(law.terms) < MOST_TERMS:
+        own = [one.columns(fit, law.place) for one in law.terms]
+        view, k = _screened(base, [*own, *columns]), len(own)
+        taken = {name for one in law.terms for name in (one.term.name, *dict(one.shape))}
+        drops = {i: view.drop(*range(k), k + i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
+                 if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
+        terms = _shaped(fit, base, law.place, [*law.terms, options[max(drops, key=lambda i: (drops[i], -i))]])
+        more = replace(solved(fit, held, base, law.place, terms), tried=law.tried + len(options))
+        if more.score > law.score - CLEAR:
+            break
+        law = more
+    return _with_equal(_without_idle(law, fit, held, base), fit, held, base)
+
+
+def _without_idle(
+    law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
+) -> ProposedLaw:  # fmt: skip
+    """A law without the terms that do not make it clearly better."""
+    while len(law.terms) > 1:
+        fewer = [solved(fit, held, base, law.place, [*law.terms[:i], *law.terms[i + 1 :]])
+                 for i in range(len(law.terms))]  # fmt: skip
+        best = min(fewer, key=lambda p: p.score)
+        if best.score > law.score + CLEAR:
+            break
+        law = replace(best, tried=law.tried)
+    return law
 
 
 def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence[LawTerm]) -> Sequence[LawTerm]:
@@ -248,63 +332,88 @@ def solved(
     return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
 
 
-def named(proposal: ProposedLaw, position: float, sd: dict[str, float] | None = None) -> tuple[str, str]:
+def named(proposal: ProposedLaw, places: Mapping[str, float], sd: dict[str, float] | None = None) -> tuple[str, str]:
     """Name of a law as an effect, which no other law has, and its module."""
-    own = hashlib.sha256(written(proposal, position, "law", sd).encode()).hexdigest()[:12]
-    return (name := f"law_{own}"), written(proposal, position, name, sd)
+    own = hashlib.sha256(written(proposal, places, "law", sd).encode()).hexdigest()[:12]
+    return (name := f"law_{own}"), written(proposal, places, name, sd)
 
 
-def written(proposal: ProposedLaw, position: float, name: str, sd: dict[str, float] | None = None) -> str:
-    """Module of a law as an effect: its equation, units and, where they are known, standard deviations.
+def effects_of(proposal: ProposedLaw, name: str) -> dict[str, str]:
+    """Names of the effects of a law by the place at which each acts."""
+    return {place: name if not i else f"{name}_{i + 1}" for i, place in enumerate(proposal.places)}
+
+
+def written(
+    proposal: ProposedLaw, places: Mapping[str, float], name: str, sd: dict[str, float] | None = None
+) -> str:  # fmt: skip
+    """Module of a law as an effect at each of its places [m]: equations, units and, where known, standard deviations.
 
     The module is run, so that nothing of a machine file but numbers stands in it: its place is a coordinate.
     """
-    fields, equations = [], []
-    for one in proposal.terms:
-        for parameter in one.parameters:
-            fields.append(f'    {parameter}: float = param("{one.term.unit}", doc="Coefficient of the law.")')
-        for key, value in one.shape:
-            unit = next(unit for known, unit, _ in one.term.shape if known == key)
-            given = f'"{unit}", default={float(value)!r}, bounds=(0.0, 1.0), doc="Its {key}."'
-            fields.append(f"    {key}: float = param({given})")
-    for axis in (0, 1):
-        parts = []
-        for one in proposal.terms:
-            n = len(one.term.parts)
-            own = one.parameters if one.one else one.parameters[axis * n : (axis + 1) * n]
-            pairs = zip(own, one.term.parts, strict=True)
-            parts += [f"p.{parameter} * ({along(part, axis)})" for parameter, part in pairs]
-        equations.append(f"-({' + '.join(parts)})")
-    values = dict(zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True))
-    values |= {key: value for one in proposal.terms for key, value in one.shape}
-    spread = {key: f"  # +- {own:.2g}" for key, own in (sd or {}).items() if own}
-    rows = [f'    position = "{float(position)!r} m"']
-    rows += [
-        f'    {key} = "{value:.6g} {units_of(proposal)[key]}"{spread.get(key, "")}' for key, value in values.items()
-    ]
-    table = "\n".join([f"    [[effects.{name}]]", *rows])
-    steady = not any(one.term.turns for one in proposal.terms)
-    return f'''"""Law discovered from records: a force {1e3 * position:.6g} mm along the shaft.
+    parts = [(places[place], proposal.part_at(place), own) for place, own in effects_of(proposal, name).items()]
+    head = "\n\n".join(
+        f"{1e3 * z:.6g} mm along the shaft:\n\n    F_x = {x} [N]\n    F_y = {y} [N]"
+        for z, part, _ in parts for x, y in ((one.replace("p.", "") for one in _equations(part)),)
+    )  # fmt: skip
+    tables = "\n\n".join(_table(part, z, own, sd or {}) for z, part, own in parts)
+    return f'''"""Law discovered from records: a force on the shaft.
 
-    F_x = {equations[0].replace("p.", "")} [N]
-    F_y = {equations[1].replace("p.", "")} [N]
+{head}
 
 of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft. The machine file
-takes its table, and is loaded after this module was imported:
+takes what follows, and is loaded after this module was imported:
 
-{table}
+{tables}
 """
 
 import math
 
 from reynolds.jit import inlined
 from rotorsim.effects import Effect, param, register
+''' + "".join(_effect(part, own) for _, part, own in parts)
 
+
+def _equations(part: ProposedLaw) -> tuple[str, ...]:
+    """Force along x and y of the terms at a place, in the names of a kernel."""
+    found = []
+    for axis in (0, 1):
+        sums = []
+        for one in part.terms:
+            n = len(one.term.parts)
+            own = one.parameters if one.one else one.parameters[axis * n : (axis + 1) * n]
+            pairs = zip(own, one.term.parts, strict=True)
+            sums += [f"p.{parameter} * ({along(expression, axis)})" for parameter, expression in pairs]
+        found.append(f"-({' + '.join(sums)})")
+    return tuple(found)
+
+
+def _table(part: ProposedLaw, position: float, name: str, sd: Mapping[str, float]) -> str:
+    """Table of a machine file with the effect at a place."""
+    values = dict(zip((p for one in part.terms for p in one.parameters), part.coefficients, strict=True))
+    values |= {key: value for one in part.terms for key, value in one.shape}
+    spread = {key: f"  # +- {own:.2g}" for key, own in sd.items() if own}
+    rows = [f'    position = "{float(position)!r} m"']
+    rows += [f'    {key} = "{value:.6g} {units_of(part)[key]}"{spread.get(key, "")}' for key, value in values.items()]
+    return "\n".join([f"    [[effects.{name}]]", *rows])
+
+
+def _effect(part: ProposedLaw, name: str) -> str:
+    """Kernel and class of the effect at a place."""
+    fields = []
+    for one in part.terms:
+        for parameter in one.parameters:
+            fields.append(f'    {parameter}: float = param("{one.term.unit}", doc="Coefficient of the law.")')
+        for key, value in one.shape:
+            unit = next(unit for known, unit, _ in one.term.shape if known == key)
+            given = f'"{unit}", default={float(value)!r}, bounds=(0.0, 1.0), doc="Its {key}."'
+            fields.append(f"    {key}: float = param({given})")
+    steady = not any(one.term.turns for one in part.terms)
+    return f'''
 
 @inlined
 def {name}(t, angle, speed, x, y, vx, vy, p):
     """The law: [N]."""
-    return {equations[0]}, {equations[1]}
+    return {", ".join(_equations(part))}
 
 
 @register
@@ -360,6 +469,8 @@ class DiscoveredLaw:
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places that these records do not exclude."""
+    places: tuple[tuple[str, float], ...] = ()
+    """Place and its coordinate [m] of each of `kinds`; those of the law for none."""
     growth: float = 0.0
     """Force at twice the motion over that at the motion of the records; 0 where it is not known."""
     power: float = 0.0
@@ -376,7 +487,11 @@ class DiscoveredLaw:
             f"{key} = {value:.4g}" + (f" +- {sd:.2g}" if sd else "") + f" {self.units[key]}".replace(" 1", "")
             for key, (value, sd) in found
         )
-        return f"{' with '.join(self.kinds)} at {self.place}, {sizes}"
+        at = [place for place, _ in self.places] or [self.place] * len(self.kinds)
+        where = {place: [k for k, own in zip(self.kinds, at, strict=True) if own == place] for place in at}
+        parts = " and ".join(f"{' with '.join(own)} at {place}" for place, own in where.items())
+        others = f" (these records do not exclude {'; '.join(self.near)})" if self.near else ""
+        return f"{parts}{others}, {sizes}"
 
     @property
     def refuted_by(self) -> str:
@@ -390,6 +505,7 @@ class DiscoveredLaw:
         sizes = {key: {"value": value, "sd": sd, "unit": self.units[key]} for key, (value, sd) in self.terms.items()}
         return {
             "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
+            "places": [list(one) for one in self.places],
             "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
             "not_excluded": list(self.near),
         }  # fmt: skip
@@ -403,6 +519,12 @@ def force_of(law: ProposedLaw, m: PlaceMotion) -> np.ndarray:
         for k, (axis, part) in enumerate(product((0, 1), one.term.parts)):
             force[axis] += sizes[k % len(sizes)] * m.force(part, axis, dict(one.shape))
     return force
+
+
+def fed_power(law: ProposedLaw, m: PlaceMotion) -> float:
+    """Mean power [W] that a law without a memory feeds into a motion; negative where it takes it."""
+    work = force_of(law, m) * m.velocity
+    return 0.0 if abs(work.sum()) < ALIKE * np.abs(work).sum() else float(np.mean(np.sum(work, axis=0)))
 
 
 def spread_of(law: ProposedLaw, m: PlaceMotion, sd: Mapping[str, float]) -> np.ndarray:
@@ -451,40 +573,64 @@ def discovered(
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
     fitted = replace(proposal, coefficients=sizes, terms=tuple(
         replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
-    z = float(found.parameters["position"])
-    name, text = named(fitted, z, {key: sd for key, (_, sd) in terms.items()})
+    at, sd = law_places(seen.comparison.twin.machine), {key: sd for key, (_, sd) in terms.items()}
+    name, text = named(fitted, at, sd)
     path = in_cache("laws") / f"{name}.py"
     write_text(path, text)
-    law, kinds = text.split('"""')[1], proposal.forms
-    largest = max(seen.motions[proposal.place], key=lambda m: float(np.abs(m.displacement).max()))
-    twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
-    force = force_of(fitted, largest)
-    work = force * largest.velocity
-    power = 0.0 if abs(work.sum()) < ALIKE * np.abs(work).sum() else float(np.mean(np.sum(work, axis=0)))
-    growth = float(np.linalg.norm(force_of(fitted, twice)) / np.linalg.norm(force))
+    first = fitted.places[0]
+    growth, powers = 0.0, []
+    for place in fitted.places:
+        part = fitted.part_at(place)
+        largest = max(seen.motions[place], key=lambda m: float(np.abs(m.displacement).max()))
+        twice = replace(largest, displacement=2 * largest.displacement, velocity=2 * largest.velocity)
+        powers.append(fed_power(part, largest))
+        growth = growth or float(np.linalg.norm(force_of(part, twice)) / np.linalg.norm(force_of(part, largest)))
     return DiscoveredLaw(
-        name, proposal.place, z, law, terms, units_of(proposal), kinds, text, str(path), probability, tuple(near),
-        growth, power, curve_of(seen, fitted, left, {key: sd for key, (_, sd) in terms.items()}),
+        name, first, at[first], text.split('"""')[1], terms, units_of(proposal), proposal.forms, text,
+        str(path), probability, tuple(near), tuple((place, at[place]) for place in _places_of(proposal)), growth,
+        sum(powers), curve_of(seen, fitted.part_at(first), left, sd),
     )  # fmt: skip
 
 
+def _places_of(law: ProposedLaw) -> tuple[str, ...]:
+    """Place of each term."""
+    return tuple(one.place or law.place for one in law.terms)
+
+
 def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
-    """The best laws at the places that the records do not tell apart by the linear model, the best one first."""
-    found = propose(seen, held, base)
-    near = [one for one in found if one.score < found[0].score + NEAR and one.remembers == found[0].remembers]
-    return near[:MOST_LAWS]
+    """The best laws at the places that the records do not tell apart by the linear model, the best one first.
+
+    A law at several places has to be clearly better than the best one at one place.
+    """
+    found = _by_place(seen, held, base, MOST_TERMS)
+    best = found[0][0]
+    if best.remembers:
+        near = [law for law, _ in found if law.score < best.score + NEAR and law.remembers]
+        return near[:MOST_LAWS]
+    near = [law for law, _ in found if law.score < best.score + NEAR and not law.remembers]
+    alone = sorted((extended(law, seen, held, base) for law in near), key=lambda p: p.score)
+    # where one term at a place is not enough, each place's first one begins
+    firsts = [first for _, first in found if not first.constant] if len(best.terms) > 1 else []
+    begun = sorted((extended(first, seen, held, base) for first in firsts), key=lambda p: p.score)
+    several = [law for law in (*begun, *alone) if len(law.places) > 1]
+    single = [law for law in alone if len(law.places) == 1]
+    least = min((law.score for law in single or near), default=math.inf)
+    if several and min(law.score for law in several) < least - CLEAR:
+        first = min(several, key=lambda p: p.score)
+        moved = [one for one in _moved(first, seen, held, base) if one.score < first.score + NEAR]
+        return [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]
+    return (single or near)[:MOST_LAWS]
 
 
-def at_two_places(
+def _moved(
     law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
-) -> ProposedLaw | None:  # fmt: skip
-    """The law with one of its terms at another place, where that is clearly better; None where none is."""
-    moved = [
-        solved(fit, held, base, law.place, [*law.terms[:i], replace(one, place=place), *law.terms[i + 1 :]])
-        for i, one in enumerate(law.terms) if len(law.terms) > 1 for place in fit.motions if place != law.place
+) -> list[ProposedLaw]:  # fmt: skip
+    """The law with one of its terms at another place, each of both."""
+    return [
+        replace(solved(fit, held, base, law.place, terms), tried=law.tried)
+        for i, one in enumerate(law.terms) for place in fit.motions if place != (one.place or law.place)
+        for terms in ([*law.terms[:i], replace(one, place="" if place == law.place else place), *law.terms[i + 1 :]],)
     ]  # fmt: skip
-    best = min(moved, key=lambda p: p.score, default=None)
-    return best if best is not None and best.score < law.score - CLEAR else None
 
 
 def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
@@ -496,16 +642,16 @@ def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) ->
         for term in LIBRARY if term.constant and (term.memory is None or term.resonates)
     ]  # fmt: skip
     least = min(solved(seen, None, base, place, steady).cost for place in seen.motions)
-    return least - law.cost > FAINT_LAW
+    return least - law.cost > OF_RESONANCE
 
 
 def remembered(
-    parts: Mapping[str, ObservedPlaces], base: ParameterFit, laws: Sequence[ProposedLaw], known: float
+    parts: Mapping[str, ObservedPlaces], before: Mapping[str, np.ndarray], laws: Sequence[ProposedLaw], known: float
 ) -> dict[str, np.ndarray] | None:
     """Whitened residuals by role that the first law, with a memory, leaves, by the linear model.
 
-    None where they refute it, where another form explains the records as well, and where the sum of squares is not
-    clearly below the `known` one.
+    `before` has those without it. None where they refute it, where another form explains the records as well, and where
+    the sum of squares is not clearly below the `known` one.
     """
     law = laws[0]
     if any(one.score < law.score + TIE_LEAST and one.forms != law.forms for one in laws):
@@ -514,11 +660,11 @@ def remembered(
     for role, seen in parts.items():
         S = np.column_stack([one.columns(seen, law.place) for one in law.terms])
         left[role] = seen.residual - seen.J @ law.moved - S @ law.coefficients
-        gone[role] = untouched_gone(seen.comparison, seen.residual, left[role])
+        gone[role] = untouched_gone(seen.comparison, before[role], left[role])
         if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
             return None
-    before = excess(table(parts["fit"].comparison, base.residual))
-    clear = known - law.cost - PRICE * len(law.coefficients) > CLEAR and law.left <= (1 - ENOUGH) * before
+    clear = known - law.cost - PRICE * len(law.coefficients) > CLEAR
+    clear &= law.left <= (1 - ENOUGH) * excess(table(parts["fit"].comparison, before["fit"]))
     held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
     return left if clear and held_up else None
 
@@ -586,11 +732,10 @@ def candidate_laws(proposals: Sequence[ProposedLaw], twin: Twin) -> Iterator[tup
     places, names, forms = law_places(twin.machine), list[str](), list[Form]()
     try:
         for proposal in proposals:
-            z = places[proposal.place]
-            name, text = named(proposal, z)
-            names.append(name)
+            name, text = named(proposal, places)
+            names += effects_of(proposal, name).values()
             load(text)
-            forms.append(form_of(proposal, z, name))
+            forms.append(form_of(proposal, places, name))
         yield tuple(forms)
     finally:
         for name in names:
@@ -608,10 +753,15 @@ def load(text: str) -> None:
     spec.loader.exec_module(sys.modules[name])
 
 
-def form_of(proposal: ProposedLaw, position: float, name: str) -> Form:
+def form_of(proposal: ProposedLaw, places: Mapping[str, float], name: str) -> Form:
     """A law as a candidate: all coefficients are fitted from the first on, the numbers of its shapes after them."""
+    own, owners = effects_of(proposal, name), dict[str, str]()
+    for one, place in zip(proposal.terms, _places_of(proposal), strict=True):
+        owners |= dict.fromkeys((*one.parameters, *(key for key, _ in one.shape)), own[place])
     sizes = zip((p for one in proposal.terms for p in one.parameters), proposal.coefficients, strict=True)
-    parameters = tuple(FitParameter(f"{name}.0.{key}", SHARE * abs(value), usual=abs(value)) for key, value in sizes)
-    shapes = tuple(FitParameter(f"{name}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
+    parameters = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * abs(value), usual=abs(value))
+                       for key, value in sizes)  # fmt: skip
+    shapes = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
                    for one in proposal.terms for key, value in one.shape)  # fmt: skip
-    return Form(name, proposal.names, parameters, {f"{name}.0.position": position}, shapes)
+    fixed = {f"{effect}.0.position": places[place] for place, effect in own.items()}
+    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes)

@@ -191,10 +191,12 @@ def singular_directions(
     return found
 
 
-def finished(comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None) -> ParameterFit:
-    """Converged fit with central-difference Jacobians at its own point, the last one included."""
+def finished(
+    comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None, central: bool = True
+) -> ParameterFit:
+    """Converged fit with Jacobians at its own point, by central differences or by one side, the last one included."""
     for number in range(MOST_ROUNDS):
-        fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=True))
+        fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=central))
         if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
             break
         fit = fit_parameters(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2, progress=progress)

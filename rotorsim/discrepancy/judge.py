@@ -19,6 +19,15 @@ most of the response stays unexplained, nothing holds. A calibration far from th
 `recalibrated`; where none of its numbers is off beyond its own uncertainty it is neither that nor agreement. The odds
 follow the verdict: an explanation that is refuted leaves its probability to the same one with something beyond the
 catalogue.
+
+An effect below what a name takes is one of a tie where all records agree with it, and the points that were not fitted
+have a likelihood (to the power 1/T) that is 1 / (1 - `SURE`) times that of the calibration alone: where nothing is
+missing that has a chance of 1 - `SURE` at most (Wasserman et al. 2020). Without such an effect no group of lines may be
+beyond its floor while all records together refute the calibration. The odds of what is missing follow then from the
+priors and from how often such a verdict is met (`REFUSED`, `NAMELESS`), those of the effects among each other from the
+records.
+
+Cites: wasserman_2020.
 """
 
 from __future__ import annotations
@@ -38,7 +47,17 @@ from rotorsim.discrepancy.data_vector import own_scatter
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.records import UNLIKE
 from rotorsim.discrepancy.trial import TURNING, Trial
-from rotorsim.discrepancy.verdict import A_FIFTH, SURE, Explanation, SearchVerdict, probability_of
+from rotorsim.discrepancy.verdict import (
+    A_FIFTH,
+    ELSE,
+    NOTHING,
+    PRIORS,
+    SURE,
+    Explanation,
+    SearchVerdict,
+    probability_of,
+    shown_share,
+)
 
 LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
 """Share of the gap on untouched records that has to go, by verdict."""
@@ -46,6 +65,10 @@ RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
 """Probability of something beyond the catalogue from which no name is given."""
+REFUSED, NAMELESS = 0.05, 0.15
+"""Chance that all records together refute a right calibration, and that a cause in the catalogue gets no name although
+they do: none of 21 known calibrations and 3 of 21 known causes, by the rule of succession. Something beyond the
+catalogue never has a name."""
 LEAST_NOTHING = 0.8
 """Probability that nothing is missing below which nothing is "no disagreement": above that of any known wrong one."""
 MANY = 5.0
@@ -219,6 +242,12 @@ ASTRAY = (
     "machine, and is not named"
 )
 """Note on an explanation that needs numbers of the machine which are not believed."""
+GIVEN = (
+    "no group of lines is beyond its floor by itself, so that these records do not show whether the cause is in the "
+    "catalogue: that it is not has {beyond}, by how often such a verdict is met; the probabilities of effects are odds "
+    "among those of the catalogue"
+)
+"""Note on odds where all records together refute the calibration, and no group of lines does."""
 NOT_LIKELY = (
     "no effect of the catalogue is needed for what is beyond the floor, but that nothing is missing has only {share}, "
     "less than the {least} that it takes"
@@ -247,6 +276,8 @@ class AllEvidence:
     growing : sentence on 1X that changes within the records, or on a harmonic that comes with the vibration
     unclear : sentence on a calibration far from the machine file without a number that clearly is
     astray : calibration parameters that stand where they are not believed with the effects of the search's best too
+    flagged : whether groups of lines are beyond their floor after calibration alone
+    faint : effects below what a name takes that points which were not fitted clearly prefer, the best first
     """
 
     search: SearchVerdict
@@ -265,6 +296,8 @@ class AllEvidence:
     astray: tuple[str, ...] = ()
     growing: str = ""
     unclear: str = ""
+    flagged: bool = True
+    faint: tuple[Hypothesis, ...] = ()
 
     @property
     def refuted(self) -> bool:
@@ -298,6 +331,8 @@ class Judgement:
     left: int = 0
     worse: tuple[str, ...] = ()
     worse_alone: tuple[str, ...] = ()
+    reason: str = ""
+    """Sentence on what refutes that nothing is missing where no group of lines does; empty for none."""
 
 
 def judged(evidence: AllEvidence) -> Judgement:
@@ -305,23 +340,48 @@ def judged(evidence: AllEvidence) -> Judgement:
     verdict = by_odds(evidence.search, evidence.odds, evidence.known)
     against = objections(evidence, verdict)
     foreign = evidence.unexplained > UNLIKE
-    if against or foreign:
+    faint = _faint_tie(evidence, verdict, against) if not foreign else None
+    if faint is not None:
+        verdict = faint
+    elif against or foreign:
         verdict = replace(verdict, status="unknown", best=None, rivals=())
     elif verdict.status in ("named", "tie") and (evidence.refuted or evidence.astray):
         verdict = replace(verdict, status="partial", rivals=())
     elif verdict.status == "no_disagreement" and evidence.large:
         verdict = replace(verdict, status="recalibrated")
     worse = evidence.worse_alone if verdict.status in ("unknown", "partial") else ()
-    notes = [*against, evidence.not_held, evidence.late]
+    notes = [*against, evidence.not_held if faint is None else "", evidence.late]
     if verdict.best is not None and evidence.astray:
         notes.append(ASTRAY.format(" with ".join(verdict.best.keys), ", ".join(evidence.astray)))
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
         notes.append(WORSE.format(records=", ".join(worse)))
     refuted = evidence.refuted or foreign or bool(evidence.worse)
     refuted |= any(one in against for one in (evidence.together, evidence.growing, evidence.unclear))
-    odds = consistent(verdict.status, evidence.odds, refuted)
+    reason = ""
+    if faint is not None:
+        odds = evidence.odds
+    elif verdict.status == "unknown" and not (evidence.flagged or foreign):
+        odds, reason = nameless(evidence.odds, refuted), next(iter(against), "")
+        beyond = sum(e.probability for e in odds if e.beyond)
+        notes += [GIVEN.format(beyond=shown_share(beyond))] if refuted and odds else []
+    else:
+        odds = consistent(verdict.status, evidence.odds, refuted)
     notes = list(dict.fromkeys(note for note in notes if note))
-    return Judgement(verdict, odds, tuple(notes), len(evidence.left), worse, evidence.worse_alone)
+    left = len(evidence.left) if faint is None else 0
+    return Judgement(verdict, odds, tuple(notes), left, worse, evidence.worse_alone, reason)
+
+
+def _faint_tie(evidence: AllEvidence, verdict: SearchVerdict, against: Sequence[str]) -> SearchVerdict | None:
+    """Tie of the effects with which all records agree, where they do not agree without; None for none.
+
+    A motion that changes within the records, or a harmonic that comes with the vibration, is not what they explain.
+    """
+    open_still = bool(against) or verdict.status == "unknown"
+    if not (evidence.faint and open_still and verdict.best is None) or evidence.growing:
+        return None
+    best, *rivals = evidence.faint
+    classes = tuple(class_of(key, set(evidence.known)) for key in best.keys)
+    return replace(verdict, status="tie", best=best, rivals=tuple(rivals), classes=classes)
 
 
 def withdrawn(judgement: Judgement) -> Judgement:
@@ -355,11 +415,14 @@ def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], an
     """Sentences on a stated accuracy [m] that contradicts the records: their scatter [m], or the misfit of groups.
 
     That misfit speaks against the accuracy only where no verdict has `answered` it, and where an accuracy of its size
-    leaves no group beyond the floor.
+    leaves no group beyond the floor. An accuracy is too coarse by what an order or a band leaves in all records.
     """
-    loud = [f.rms for f in groups if f.group not in ("slow", "between", UNSTEADY)]
+    own = [f for f in groups if f.group not in ("slow", "between", UNSTEADY)]
+    loud = [f.rms for f in own]
     if not accuracy or not loud:
         return []
+    parts = [[f for f in own if f.group == name] for name in {f.group for f in own}]
+    left = max(sqrt(sum(f.numbers * f.rms**2 for f in part) / sum(f.numbers for f in part)) for part in parts)
     sizes = {"accuracy": accuracy * TO_UM, "scatter": scatter * TO_UM, "left": max(loud) * TO_UM}
     beyond = [f for f in flagged(list(groups)) if f.group != "slow"]
     if scatter > BELOW * accuracy:
@@ -367,8 +430,9 @@ def accuracy_notes(accuracy: float, scatter: float, groups: Sequence[Misfit], an
     if not answered and beyond and max(f.rms for f in beyond) < 2 * CONTRADICTED * accuracy:
         coarser = [replace(f, chi2=f.numbers * (f.rms / max(f.floor, *loud)) ** 2) for f in beyond]
         return [] if flagged(coarser) else [WITHIN.format(**sizes)]
-    if max(*loud, scatter) < accuracy / CONTRADICTED:
-        return [TOO_COARSE.format(**sizes, times=accuracy / max(*loud, scatter))]
+    if max(left, scatter) < accuracy / CONTRADICTED:
+        shown = sizes | {"left": left * TO_UM}
+        return [TOO_COARSE.format(**shown, times=accuracy / max(left, scatter))]
     return []
 
 
@@ -389,6 +453,22 @@ def consistent(status: str, odds: Sequence[Explanation], nothing_refuted: bool =
         else:
             moved[key] = replace(same, probability=same.probability + e.probability)
     return tuple(sorted(moved.values(), key=lambda e: (-e.probability, e.name)))
+
+
+def nameless(odds: Sequence[Explanation], refuted: bool) -> tuple[Explanation, ...]:
+    """Odds where nothing has a name and no group of lines is beyond its floor.
+
+    Where all records together do not refute that nothing is missing they stay as they are.
+    """
+    if not refuted or not odds:
+        return tuple(odds)
+    prior = {NOTHING: REFUSED * PRIORS[0], True: ELSE, False: NAMELESS * sum(p for n, p in PRIORS.items() if n)}
+    kinds = [NOTHING if e.name == NOTHING else e.beyond for e in odds]
+    total = {kind: sum(e.probability for e, own in zip(odds, kinds, strict=True) if own == kind) for kind in prior}
+    whole = sum(share for kind, share in prior.items() if total[kind] > 0)
+    own = (replace(e, probability=prior[kind] / whole * e.probability / total[kind], unseen=())
+           for e, kind in zip(odds, kinds, strict=True) if total[kind] > 0)  # fmt: skip
+    return tuple(sorted(own, key=lambda e: (-e.probability, e.name)))
 
 
 def beyond_floor(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:

@@ -25,6 +25,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import ParameterPoint
@@ -45,6 +46,10 @@ CLEAR_LINE = 3.0
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
 
+NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
+                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
+"""Functions of an expression, moment by moment."""
+
 
 @dataclass(frozen=True)
 class LibraryTerm:
@@ -61,6 +66,29 @@ class LibraryTerm:
     parts: tuple[str, ...]
     shape: tuple[tuple[str, str, tuple[float, ...]], ...] = ()
     memory: Callable[..., np.ndarray] | None = None
+
+    def __post_init__(self) -> None:
+        for part in self.parts:
+            if (wanted := self._unit_of(part)) != self.unit.replace("kg", "N*s^2/m"):
+                raise DataError(
+                    f"law term '{self.name}': its coefficient has the unit {self.unit}, and '{part}' asks for {wanted}",
+                    argument="unit",
+                    value=self.unit,
+                )
+
+    def _unit_of(self, part: str) -> str:
+        """Unit that makes a part a force, from its degree in lengths and in rates, far above thresholds of numbers."""
+
+        def size(length: float, rate: float) -> float:
+            shape = {k: v[0] * {"m": length, "s": 1 / rate, "rad/s": rate}.get(unit, 1.0) for k, unit, v in self.shape}
+            known = NUMPY | {"s": 1.0, "speed": 7 * rate, "angle": 0.7, "p": SimpleNamespace(**shape)}
+            factor = 1.0 if self.memory is None else abs(self.memory(np.array([11.0 * rate]), **shape)[0])
+            moved = [{"u": u, "w": length, "du": u * rate, "dw": 5 * length * rate} for u in (2 * length, -2 * length)]
+            return factor * sum(abs(float(eval(part, known | one))) for one in moved)  # of both senses, for stops
+
+        metres, rates = (round(math.log2(size(*twice) / size(1.0, 1.0))) for twice in ((2.0, 1.0), (1.0, 2.0)))
+        time = "*s" * min(rates, 1) + (f"^{rates}" if rates > 1 else "")
+        return "N" + time + ("/m" if metres else "") + (f"^{metres}" if metres > 1 else "")
 
     @property
     def key(self) -> str:
@@ -137,9 +165,6 @@ LIBRARY = (
                                       ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
 )  # fmt: skip
 """Terms that a law may have."""
-NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
-                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
-"""Functions of an expression, moment by moment."""
 
 
 def law_places(machine: Machine) -> dict[str, float]:

@@ -34,18 +34,23 @@ from scipy.optimize import minimize_scalar
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import answer
-from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen, prior_rows
 from rotorsim.discrepancy.judge import seen_together
-from rotorsim.discrepancy.trial import Trial, delayed, turns_of
+from rotorsim.discrepancy.records import TURNED, misread_speed
+from rotorsim.discrepancy.run_ups import RunupTrial, ramp
+from rotorsim.discrepancy.trial import TURNING, Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
 """Factors between units that are taken for one another, with their causes."""
+PEAK, PEAK_INSIDE, FASTEST = 2.0, 20, 2 * np.pi * 500.0
+"""Size of a peak of 1X over that at the ends of a table, part of the rows at either end that has none, and fastest
+speed [rad/s] of another unit that is tried."""
 ALIKE = 0.7
 """Cosine between measured and simulated lines from which they count as the same up to a factor."""
 NEAR = 0.35
@@ -97,6 +102,7 @@ COMPLIANCES = (0.5, -1.0)
 
 def check_before(comparison: TwinComparison, simulated: np.ndarray) -> None:
     """Raise DataError for records with a likely mistake; simulated (n,) [m] is at the nominal point."""
+    check_speed_unit(comparison, simulated)
     check_exchanged(comparison, simulated)
     check_units(comparison, simulated)
     check_clocks(comparison, simulated)
@@ -146,6 +152,49 @@ def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
         argument="units",
         value=near,
     )
+
+
+def check_speed_unit(comparison: TwinComparison, simulated: np.ndarray) -> None:
+    """Check of the speeds of vectors for a unit that is taken for another.
+
+    The measured 1X has its peak inside the table and the machine has none there, but one at speeds of another unit.
+    """
+    for i, trial in enumerate(comparison.trials):
+        if not (isinstance(trial, RunupTrial) and 1 in trial.orders):
+            continue
+        seen = _peak(trial, comparison.lines_of(i, comparison.measured))
+        if seen is None or _peak(trial, comparison.lines_of(i, simulated)) is not None:
+            continue
+        rate, found = abs(float(np.ptp(trial.rows[:, 0]))) / (len(trial.rows) * RIG_SAMPLE), []
+        for factor in (share for one in TURNED for share in (one, 1 / one)):
+            speeds = factor * trial.speeds
+            if not TURNING < min(speeds) < max(speeds) < FASTEST:
+                continue
+            rows = ramp(speeds, rate, trial.pressure, trial.turns, trial.recorded)
+            other = replace(trial, speeds=speeds, rows=rows, length=len(rows))
+            twin = TwinComparison(comparison.twin, [other], comparison.threads)
+            there = _peak(other, twin.lines_of(0, twin.predict(ParameterPoint())))
+            if there is not None and abs(there / (factor * seen) - 1) < NEAR:
+                found.append((abs(np.log(there / (factor * seen))), factor, there))
+        if found:
+            _, factor, there = min(found)
+            raise DataError(
+                f"{trial.name}: 1X is largest at {seen * TO_RPM:.4g} rpm, that of the machine file at "
+                f"{there * TO_RPM:.4g} rpm; {misread_speed(seen, factor * seen)}",
+                argument="speed",
+                value=seen,
+            )
+
+
+def _peak(trial: RunupTrial, lines: np.ndarray) -> float | None:
+    """Speed [rad/s] at which 1X of the lines (2, orders x rows) of a table is largest; None at an end of it."""
+    first = trial.orders.index(1) * len(trial.speeds)
+    size = np.sqrt(np.sum(np.abs(lines[:, first : first + len(trial.speeds)]) ** 2, axis=0))
+    by_speed = np.argsort(trial.speeds)
+    k, n = int(np.argmax(size[by_speed])), len(by_speed)
+    ends = size[by_speed[[0, -1]]].max()
+    inside = n // PEAK_INSIDE < k < n - 1 - n // PEAK_INSIDE and size[by_speed[k]] > PEAK * ends
+    return float(trial.speeds[by_speed[k]]) if inside else None
 
 
 def check_exchanged(comparison: TwinComparison, simulated: np.ndarray) -> None:

@@ -90,7 +90,8 @@ def check_constant(record: xr.Dataset, name: str) -> None:
     if np.ptp(slow) > max(2.0, 0.02 * abs(slow.mean())):
         raise DataError(
             f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
-            "give records at constant speed, or a run-up with its angle and without excitation"
+            "give records at constant speed, or a run-up with its angle and without excitation: map the column of the "
+            "angle or of a keyphasor, which 'rotorsim data check FILE --propose mapping.toml' looks for"
         )
 
 
@@ -112,13 +113,20 @@ def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
     slope = float(np.polyfit(RIG_SAMPLE * np.arange(n), np.unwrap(angle), 1)[0])
     if abs(slope - speed) < 0.02 * abs(speed) + 1.0:
         return
-    ratio = abs(speed / slope) if slope else np.inf
-    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < 0.02]
-    way = f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
     raise DataError(
-        f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; {way}",
+        f"{name}: the speed is {speed:.5g} rad/s, but the angle turns at {slope:.5g} rad/s; "
+        f"{misread_speed(speed, slope)}",
         argument="speed",
         value=speed,
+    )
+
+
+def misread_speed(stated: float, shown: float, within: float = 0.02) -> str:
+    """What to do about a stated speed that is not the one shown, by the unit that may be taken for another."""
+    ratio = abs(stated / shown) if shown else np.inf
+    units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < within]
+    return (
+        f"is there {units[0]}? state the unit in the mapping; nothing was assumed" if units else "check both channels"
     )
 
 

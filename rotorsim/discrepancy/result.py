@@ -17,7 +17,7 @@ from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
-from rotorsim.discrepancy.discovery import DiscoveredLaw
+from rotorsim.discrepancy.discovery import NOT_IDENTIFIABLE, DiscoveredLaw
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
@@ -42,6 +42,8 @@ WITHIN_FORM = (
     "the error of the model's form."
 )
 LEFT_OPEN = "These records leave open whether a bearing is far from its file: {}."
+CONTRADICTION = "One statement contradicts the data: {}."
+CORRECT = "Check the accuracy that is stated, correct it, and diagnose again: the verdict depends on it."
 RECORD_MORE = (
     "Use the re-calibrated machine file for what these records show; to know those bearings better, record speeds at "
     "which they move more, nearer to a critical speed."
@@ -60,6 +62,14 @@ NOTHING_BEYOND = (
 UNDECIDED = (
     "Unknown: {count} groups of lines are beyond the floor; that nothing is missing has {share}, less than the "
     "{sure:.0f} % that it takes."
+)
+CONSTANT_FORCE = (
+    "Unknown: something is there that these records do not tell from stiffness and damping: no group of lines is "
+    "beyond the floor, but all together agree clearly better with a constant force at a place."
+)
+RECORD_ELSEWHERE = (
+    "Record with probes near the discs and supports where a force may act, at more speeds and with more excitation, "
+    "and diagnose again: a force that is late, a mass and a spring differ in what they do over the frequency."
 )
 RECALIBRATED = "re-calibrated"
 """Label of a bearing far from the machine file."""
@@ -162,6 +172,10 @@ class Diagnosis(Shown, Findings, Reported):
     """Numbers of the bearings that those sentences are about."""
     left: int = 0
     """Number of groups of lines beyond the floor at points that were not fitted."""
+    reason: str = ""
+    """Sentence on what refutes that nothing is missing where no group of lines is beyond its floor."""
+    contradiction: str = ""
+    """Sentence on a stated accuracy that contradicts the records."""
     discovered: DiscoveredLaw | None = None
     """The law that the records show and no effect of the catalogue is."""
     stochastic: StochasticForce | None = None
@@ -247,9 +261,17 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def sentence(self) -> str:
+        """The verdict in one sentence, and one on a stated accuracy that contradicts the records."""
+        more = f" {CONTRADICTION.format(self.contradiction)}" if self.contradiction else ""
+        return self._verdict + more
+
+    @property
+    def _verdict(self) -> str:
         """The verdict in one sentence."""
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return NOTHING_BEYOND
+        if self._constant_force:
+            return CONSTANT_FORCE
         effects = " with ".join(f.form for f in self.effects)
         alike = [key for found in self.effects for key in found.tie_class if key != found.form]
         rivals = [*alike, *(" with ".join(t) for t in self.ties)]
@@ -267,11 +289,18 @@ class Diagnosis(Shown, Findings, Reported):
             least = 100 * (SURE if self.localisation else LEAST_NOTHING)
             if 100 * nothing < least:
                 return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
+        if self.status == "unknown" and self.reason:
+            return f"Unknown: {self.reason}."
         law = "" if self.discovered is None else self.discovered.sentence
         force = "" if self.stochastic is None else self.stochastic.sentence
         return self.texts.sentence.format(
             effects=effects, rivals="; ".join(rivals), changes="; ".join(self.large), law=law, force=force
         )
+
+    @property
+    def _constant_force(self) -> bool:
+        """Whether the records show no more than a force that they do not tell from stiffness and damping."""
+        return self.status == "unknown" and NOT_IDENTIFIABLE in self.notes and not self.localisation
 
     @property
     def _open(self) -> str:
@@ -285,6 +314,10 @@ class Diagnosis(Shown, Findings, Reported):
             return self.planned.sentence
         if self.status == "unknown" and NO_ACCURACY in self.notes and not self.localisation:
             return f"{NO_ACCURACY[:1].upper()}{NO_ACCURACY[1:]}."
+        if self.contradiction and self.status in ("no_disagreement", "unknown", "partial"):
+            return CORRECT
+        if self._constant_force:
+            return RECORD_ELSEWHERE
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
         refuted = "" if self.discovered is None else self.discovered.refuted_by
         step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
@@ -381,7 +414,8 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     if diagnosis.status == "recalibrated":
         out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in diagnosis.far_bearings]
     if (law := diagnosis.discovered) is not None:
-        out.append(LocatedEffect(" with ".join(law.kinds), "found", (place_at(machine, law.position),)))
+        at = {z: place_at(machine, z) for z in (*(z for _, z in law.places), law.position)}
+        out.append(LocatedEffect(" with ".join(law.kinds), "found", tuple(at.values())))
     if diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)

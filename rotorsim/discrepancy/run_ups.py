@@ -32,7 +32,7 @@ from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM, TO_UM
 from rotorsim.discrepancy.changes import RING
 from rotorsim.discrepancy.data_vector import HUM, without_tones
-from rotorsim.discrepancy.records import make_trial, stated_accuracy
+from rotorsim.discrepancy.records import make_trial, misread_speed, stated_accuracy
 from rotorsim.discrepancy.trial import TURNING, Trial, displacement_of, only_probe, stated
 
 if TYPE_CHECKING:
@@ -70,6 +70,8 @@ KEPT = ("record", "disc_position", "accuracy", "slow_roll", "changes")
 """Attributes of the record that hold for its vectors too."""
 SWEEP = 0.05
 """Least span of a sweep, as a share of its highest speed."""
+SAME_SPEED = 0.1
+"""Relative difference of the mean speeds of a sweep, as stated and by its angle, up to which they are one."""
 GAIN = 0.2
 """Least gain of speed of a window, as a share of the mean gain."""
 TURNED_ROUND = (
@@ -353,6 +355,7 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     """
     name = str(record.attrs.get("record", "record"))
     angle, speed, time, backward = _turning(record, name)
+    _check_speed(record, speed, name)
     displacement, probe_angle = displacement_of(record, name)
     displacement = displacement[-len(angle) :] if len(angle) < len(displacement) else displacement
     windows = _windows(angle, int(turns), max(orders), name)
@@ -460,6 +463,21 @@ def _turning(record: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray, np.
     speed = np.gradient(turned, time)
     first = int(np.argmax(speed > TURNING))
     return turned[first:], speed[first:], time[first:], backward
+
+
+def _check_speed(record: xr.Dataset, turning: np.ndarray, name: str) -> None:
+    """Raise DataError where a speed of the record is not that at which its angle turns (n,) [rad/s], on average."""
+    stated = measured(record, "speed")
+    if stated is None or stated.ndim == 0:
+        return
+    mean, turned = float(np.mean(np.abs(stated[-len(turning) :]))), float(np.mean(turning))
+    if abs(mean - turned) > SAME_SPEED * turned + 1.0:
+        raise DataError(
+            f"{name}: the speed is {mean:.5g} rad/s on average, but the angle turns at {turned:.5g} rad/s; "
+            f"{misread_speed(mean, turned, SAME_SPEED)}",
+            argument="speed",
+            value=mean,
+        )
 
 
 def _sweep(speeds: np.ndarray) -> np.ndarray:

@@ -314,8 +314,21 @@ def _line_order(own: BlockDeviations, noise: Sequence[np.ndarray]) -> float:
     return float(ORDERS[best]) if scores[best] > np.log(LOUD) * len(own.trials) else 0.0
 
 
-def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | None:
-    """The part of the machine whose numbers have changed between records that repeat each other; None for none."""
+def what_does_not_repeat(
+    comparison: TwinComparison, fit: ParameterFit, seen: ObservedPlaces
+) -> StochasticForce | None:  # fmt: skip
+    """The drift between records that is more than a random force makes by chance, else that force; None for neither."""
+    force = random_force(seen)
+    chance = np.zeros(len(comparison.measured)) if force is None else by_chance(force, seen)
+    return drift(comparison, fit, chance) or force
+
+
+def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> StochasticForce | None:
+    """The part of the machine whose numbers have changed between records that repeat each other; None for none.
+
+    Their means differ by the scatter between blocks, and by the standard deviations `chance` (n,) [m] of a random
+    force.
+    """
     trials, own = comparison.trials, BlockDeviations.of(comparison.trials)
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
     if not pairs or not own.trials:
@@ -327,7 +340,8 @@ def drift(comparison: TwinComparison, fit: ParameterFit) -> StochasticForce | No
         at, other = (np.flatnonzero((layout.record == n) & (layout.frequency > 0)) for n in (i, j))
         if len(at) != len(other):
             continue
-        sigma = np.sqrt(variance * (1 / trials[i].blocks + 1 / trials[j].blocks) / 2)
+        noise = variance * (1 / trials[i].blocks + 1 / trials[j].blocks) / 2
+        sigma = np.sqrt(noise + chance[at] ** 2 + chance[other] ** 2)
         steps.append((comparison.measured[other] - comparison.measured[at]) / sigma)
         columns.append(fit.J[at] * (comparison.sigma[at] / sigma)[:, None])
         rows.append(at)

@@ -318,7 +318,11 @@ class Twin:
         if near is not None and self.machine.film is not None and (new := {*names} - {*turned_in(near)}):
             parts = np.array_split(np.array(sorted(self.slots)), PARTS)
             names = tuple(sorted({*names}.union(*(part.tolist() for part in parts if new & {*part.tolist()}))))
-        return self._lean.setdefault(names, replace(self, only=names))
+        return self._lean.setdefault(names, self.with_candidates(*names))
+
+    def with_candidates(self, *names: str) -> Twin:
+        """The twin with these candidates, and those that add coordinates: other coordinates are other machine code."""
+        return replace(self, only=tuple(sorted({*names, *(n for n in self.slots if REGISTRY[n].port == "support")})))
 
     @cached_property
     def assembly(self) -> Assembly:

@@ -15,7 +15,7 @@ Cites: mackay_2003, kennedy_2001.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import comb
 
@@ -413,6 +413,19 @@ def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple
 def probability_of(keys: tuple[str, ...], odds: Sequence[Explanation]) -> float:
     """Probability of an explanation by its effects, as one of a class or alone."""
     return next((e.probability for e in odds if not e.beyond and keys in (e.effects, *e.alike)), 0.0)
+
+
+def with_more(
+    odds: Sequence[Explanation], falls: Mapping[tuple[str, ...], float], temperature: float = TEMPERATURE
+) -> tuple[Explanation, ...]:
+    """Odds with more points, at which the sum of squares is lower than that of nothing missing by these falls.
+
+    It is that of nothing missing with an explanation that was not re-fitted, which hardly helps at the fitted points.
+    """
+    best = [max((falls.get(keys, 0.0) for keys in (e.effects, *e.alike)), default=0.0) for e in odds]
+    p = np.array([e.probability for e in odds]) * np.exp(0.5 * (np.array(best) - max(best)) / temperature)
+    own = (replace(e, probability=float(x)) for e, x in zip(odds, p / p.sum(), strict=True))
+    return tuple(sorted(own, key=lambda e: (-e.probability, e.name)))
 
 
 def entropy(p: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               `position`, at time t [s]; with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the
               whole shaft, with ``influence = "bow"`` the deflection [m] the unloaded shaft has between its bearings.
               `angle` [rad] stays within one turn, so only whole orders of it are continuous.
+              Of a force that jumps at the start of a sample, `onset`, with the same arguments, is the jump there.
 ``random_force`` ``(w, state, seed, sample, speed, p)``  moves its `states` in w[state:] on by a sample, once a sample,
               with random numbers of the seed and the sample; `between`, ``(w, state, share, p) -> (fx, fy)``, is the
               force [N] on the shaft at `position` after a share of the sample.
@@ -196,6 +197,8 @@ class Effect:
     kernel: ClassVar[Callable[..., Any]]
     foundation: ClassVar[Callable[..., Any] | None] = None
     """Kernel (t, p) -> (x, y, vx, vy, ax, ay): motion of the foundation [m, m/s, m/s^2] that goes with its force."""
+    onset: ClassVar[Callable[..., Any] | None] = None
+    """Kernel of the port `force` for a force that jumps at the start of a sample."""
     between: ClassVar[Callable[..., Any] | None] = None
     """Kernel of the port `random_force` for the force within a sample."""
     warmed: ClassVar[Callable[..., Any] | None] = None

@@ -7,6 +7,7 @@ from .catalogue.impact import Impact as Impact, impact as impact
 from .catalogue.multisine import Multisine as Multisine, multisine as multisine
 from .catalogue.prbs import Prbs as Prbs, prbs as prbs
 from .catalogue.runup import Runup as Runup, runup as runup
+from .catalogue.shock import Shock as Shock, shock as shock
 from .catalogue.slow_roll import SlowRoll as SlowRoll, slow_roll as slow_roll
 from .catalogue.staircase import Staircase as Staircase, staircase as staircase
 from .catalogue.steady import Given as Given, Steady as Steady, steady as steady

@@ -43,6 +43,12 @@ def sequence() -> Any:
     return param("1", doc, 0, low=0, high=2**53, multiple=1)
 
 
+def begin() -> Any:
+    """The field of an experiment that can begin on the orbit on which it would be after its start."""
+    doc = "Motion at the beginning: the synchronous orbit, or rest at the static equilibrium."
+    return param("1", doc, BEGINNINGS[0], choices=BEGINNINGS)
+
+
 def parameters(experiment: Any) -> Iterator[tuple[Field[Any], Quantity]]:
     """Fields of an experiment (class or instance) that are parameters."""
     for entry in fields(experiment):
@@ -96,6 +102,8 @@ LONGEST = 1e6
 """Longest run [s]."""
 REFERENCE_LIMIT = 5.0
 """Range of the reference [V]: at either end one pin of a pair is fully in and the other fully out."""
+BEGINNINGS = ("orbit", "rest")
+"""Motions at the beginning of a run."""
 DRIVEN = {"x": (0,), "y": (1,), "both": (0, 1)}
 """Axes that are driven one after the other."""
 
@@ -122,6 +130,8 @@ class Experiment(ABC):
     name: ClassVar[str]
     drives_reference: ClassVar[bool] = False
     """Whether it needs actuators."""
+    shakes: ClassVar[bool] = False
+    """Whether its last two columns are accelerations of the base [m/s^2], not forces on the disc."""
     swept: ClassVar[bool] = False
     """Whether it sweeps the speed, so that its summary has resonances over the speed."""
     example: ClassVar[str] = ""
@@ -166,6 +176,10 @@ class Experiment(ABC):
     @abstractmethod
     def rows(self, first: int, count: int) -> np.ndarray:
         """Input rows (count, 6) from sample `first` on, as `Simulation.advance` takes them."""
+
+    def base_motion(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Displacement [m] and velocity [m/s] (n, 2) of the base at times (n,) [s]: it rests unless it shakes."""
+        return np.zeros((len(time), 2)), np.zeros((len(time), 2))
 
     def end(self, speed: np.ndarray) -> int | None:
         """Samples to keep of a stretch with these true speeds (n,) [rad/s] if the experiment ends in it."""

@@ -28,7 +28,7 @@ from rotorsim.machine.limits import at_speed, check_speed, first_passed, limits_
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.controller import alarms_of, as_controller, ask, call
 from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
-from rotorsim.plant.locations import probe_coordinates
+from rotorsim.plant.locations import probe_coordinates, probe_rows
 from rotorsim.plant.plant import BLOCK, LONGEST as LONGEST_IN_MEMORY, Plant, as_plant, dated
 from rotorsim.plant.simulation import Simulation, describe, split_columns
 from rotorsim.plant.validity import beyond, choked_share
@@ -313,6 +313,8 @@ def stream(
 def end_attrs(simulation: Simulation, experiment: Experiment, speeds: np.ndarray) -> dict[str, Any]:
     """Attributes of a record that follow from the run: the solver's, bounds that were passed, a controller's alarms."""
     found = simulation.counters | beyond_attrs(simulation.assembly, speeds, experiment.initial()[1])
+    if getattr(experiment, "begin", "rest") == "orbit":
+        found["began_on_orbit"] = int(simulation.on_orbit)
     controller = getattr(experiment, "controller", None)
     return found if controller is None else found | alarms_of(controller)
 
@@ -328,8 +330,13 @@ def _attrs(plant: Plant, experiment: Experiment) -> dict[str, Any]:
     return found
 
 
+def begun(plant: Plant, experiment: Experiment, point: tuple[float, float], seed: int) -> Simulation:
+    """The plant at a speed [rad/s] and gauge pressure [Pa], in the motion with which the experiment begins."""
+    return plant.start(*point, seed=check_seed(seed), begin=getattr(experiment, "begin", "rest"))
+
+
 def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
-    """The plant in the equilibrium where the experiment starts."""
+    """The plant in the motion with which the experiment begins."""
     if experiment.drives_reference and not plant.machine.injectors:
         raise DataError(
             f"{experiment.name}: {plant.machine.name} has no gas film whose actuators a reference could move; "
@@ -344,13 +351,32 @@ def begin(plant: Plant, experiment: Experiment, seed: int) -> Simulation:
     ask_speeds(plant.machine, experiment)
     check_speed(plant.machine, fastest(experiment))
     speed, pressure = experiment.initial()
-    simulation = plant.start(speed, pressure, seed=check_seed(seed))
+    simulation = begun(plant, experiment, (speed, pressure), seed)
     if (position := getattr(experiment, "position", None)) is not None:
         simulation.strike_at(position)
+    if experiment.shakes:
+        check_shaken(plant.machine)
+        simulation.shake_base()
+    simulation.torques = self_acting(plant.machine)
     check_begin(simulation)
     if (controller := getattr(experiment, "controller", None)) is not None:
         call(controller, "check_machine", plant.machine.name)
     return simulation
+
+
+def self_acting(machine: Machine) -> bool:
+    """Whether films without a supply carry a shaft that has sleeves to rest on: friction is what is asked for then."""
+    return bool(machine.films) and not machine.fed and "contact" in machine.effects
+
+
+def check_shaken(machine: Machine) -> None:
+    """Refuse a pedestal of an effect, whose mass the base would shake too."""
+    if any(one.mass_ratio for one in machine.effects.get("pedestal", ())):
+        raise DataError(
+            "shock: [effects.pedestal] does not feel the base; write a `support` of the bearing in its place",
+            argument="machine",
+            value=machine.name,
+        )
 
 
 def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) -> Iterator[tuple[np.ndarray, Values]]:
@@ -364,6 +390,8 @@ def march(simulation: Simulation, experiment: Experiment, block: int = BLOCK) ->
         before = simulation.save()
         table, used, failure = _advance(simulation, loop, rows)
         time, values = _values(simulation, first, table, used, None if loop is None else rows)
+        if experiment.shakes:
+            values |= _of_base(simulation.assembly, experiment, time, values)
         last = None if failure else experiment.end(values["speed"])
         limit = passed(simulation.assembly, table)
         if limit is not None and (last is None or limit[0] < last):
@@ -409,6 +437,16 @@ def _values(
     if external is not None:
         values["reference_external"] = external[:n, 2:4]
     return (first + np.arange(n)) * simulation.assembly.sampling_time, values
+
+
+def _of_base(a: Assembly, experiment: Experiment, time: np.ndarray, values: Values) -> Values:
+    """The base's acceleration, no force on the disc, and readings of probes with the motion of the base."""
+    found = {"base_acceleration": values["disc_force"], "disc_force": np.zeros_like(values["disc_force"])}
+    if a.machine.probes:
+        factors = probe_rows(a.mesh)[:, -6:]
+        motion = np.hstack([*experiment.base_motion(time), values["disc_force"]])
+        found["probe_measured"] = values["probe_measured"] + motion @ factors.T
+    return found
 
 
 def _snapshot(file: Sink, simulation: Simulation) -> None:

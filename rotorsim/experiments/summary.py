@@ -101,8 +101,8 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "end" in the first or last window. The start transient, see `start_transient`, is left out of peaks, of the
         largest orbit and of sub_synchronous; it is in smallest_film and contact. The largest orbit is measured from the
         slowly moving mean; it and the smallest film have ``at_end`` too. A record with probes also has `probes`, see
-        `probe_numbers`; one with several films `films`: by bearing smallest_um, flow_kg_s; one beyond the range in
-        which the model was checked `beyond_checked_range`, sentences.
+        `probe_numbers`; contact has what `lift_off` finds; one with several films `films`: by bearing smallest_um,
+        flow_kg_s; one beyond the range in which the model was checked `beyond_checked_range`, sentences.
     """
     spectra = waterfall(record) if spectra is None else spectra
     begin = start_transient(record)
@@ -119,10 +119,32 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "smallest_film": _extreme(seen["h_min"], "min", begin) if "h_min" in seen else None,
         **_of_films(record),
         "contact": contact and {"samples": contact["positive"], "first_time_s": contact["first_time"],
-                                "first_rpm": contact["first_speed"]},
+                                "first_rpm": contact["first_speed"]} | lift_off(record),
         "mass_flow": flow and _flow(flow, normal_density(record)),
         "sub_synchronous": largest_sub_synchronous(spectra),
     } | ({"probes": numbers} if (numbers := probe_numbers(record)) else {}) | warnings_of(record)  # fmt: skip
+
+
+def lift_off(record: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Lift-off and touch-down of a shaft by these names, each with `rpm` and `time_s`, where it has them.
+
+    It has left where contact ends before a whole revolution without any: the first such end is `lift_off`. The last
+    contact that begins after a whole revolution without any, of the start too, is `touch_down`.
+    """
+    if "contact" not in record or "angle" not in record or not record.sizes["time"]:
+        return {}
+    names = ("contact", "angle", "time", "speed")
+    touched = [np.array([b[n][b["contact"] > 0] for n in names[1:]]) for b in blocks(record, names)]
+    ends = [[float(record[n][k]) for n in names[1:]] for k in (0, -1)]
+    marks = np.column_stack([ends[0], *touched, ends[1]])
+    free = np.flatnonzero(np.abs(np.diff(marks[0])) >= 2 * np.pi)
+    left, back = free[free > 0], free[free < marks.shape[1] - 2] + 1
+    found = {"lift_off": left[:1], "touch_down": back[-1:]}
+    return {
+        name: {"rpm": float(marks[2, k[0]]) * TO_RPM, "time_s": float(marks[1, k[0]])}
+        for name, k in found.items()
+        if k.size
+    }
 
 
 def _of_films(record: xr.Dataset) -> dict[str, Any]:

@@ -22,7 +22,10 @@ from rotorsim.machine.gas_film import (
     Lobes,
     Orifices,
     PinnedInjector,
+    RingFeed,
+    SpiralGrooves,
     Steps,
+    ThrustBearing,
 )  # fmt: skip
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.plausibility import ask_machine
@@ -36,6 +39,7 @@ from rotorsim.machine.rotor import (
     Section,
     Shaft,
     ShaftMaterial,
+    ShaftMode,
     ShaftProbe,
 )
 from rotorsim.machine.rotor_import import bearing_points, from_ross
@@ -62,14 +66,18 @@ __all__ = [
     "PinnedInjector",
     "Point",
     "Probe",
+    "RingFeed",
     "Section",
     "Shaft",
     "ShaftMaterial",
+    "ShaftMode",
     "ShaftProbe",
     "Solver",
+    "SpiralGrooves",
     "Steps",
     "Support",
     "TableBearing",
+    "ThrustBearing",
     "bearing_points",
     "catalogue",
     "describe",

@@ -151,7 +151,7 @@ class LinearBearing(BearingCoefficients, BearingMass):
 
 
 class Point(BearingCoefficients):
-    """Coefficients of a bearing at one speed.
+    """Coefficients of a bearing at one speed, and at one whirl frequency where they depend on it.
 
     Examples
     --------
@@ -161,6 +161,10 @@ class Point(BearingCoefficients):
     """
 
     speed: float = quantity("rad/s", "Speed of the shaft.", low=0, high=1e6, example=314.0)
+    whirl_frequency: float | None = quantity(
+        "rad/s", "Frequency of the whirl, where coefficients depend on it; every speed has the same ones.", None,
+        low=0, high=1e6, example=150.0,
+    )  # fmt: skip
 
 
 class TableBearing(BearingMass):
@@ -168,6 +172,9 @@ class TableBearing(BearingMass):
 
     Below its first speed and above its last one the values there hold. It is the table of a shaft that turns from x to
     y; of one that turns the other way the cross terms have the opposite sign.
+
+    A table over the whirl frequency too counts at the frequency of the speed, where unbalance drives the shaft; modes
+    of other frequencies are found with the coefficients at their own.
 
     Examples
     --------
@@ -182,14 +189,40 @@ class TableBearing(BearingMass):
     support: Support | None = Field(None, description="The housing, where it moves.")
 
     @property
+    def whirl(self) -> np.ndarray:
+        """Whirl frequencies (w,) [rad/s] of the table; none where it is over the speed alone."""
+        return np.unique([p.whirl_frequency for p in self.points if p.whirl_frequency is not None])
+
+    @property
+    def grid(self) -> tuple[np.ndarray, np.ndarray]:
+        """Speeds (s,) [rad/s] and stiffness and damping (s, w, 2, 2, 2) [N/m, N s/m]; w is 1 without a whirl axis."""
+        values = np.array([(p.K, p.C) for p in self.points])
+        speeds = np.unique([p.speed for p in self.points])
+        return speeds, values.reshape(len(speeds), -1, 2, 2, 2)
+
+    @property
     def speeds(self) -> np.ndarray:
-        """Speeds (points,) [rad/s]."""
-        return np.array([p.speed for p in self.points])
+        """Speeds (points,) [rad/s], whirl frequencies among them: the kinks of synchronous coefficients."""
+        own, whirl = self.grid[0], self.whirl
+        inside = whirl if len(own) < 2 else whirl[(whirl > own[0]) & (whirl < own[-1])]
+        return np.union1d(own, inside)
 
     @property
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stiffness [N/m] and damping [N s/m], each (points, 2, 2)."""
-        return np.array([p.K for p in self.points]), np.array([p.C for p in self.points])
+        """Synchronous stiffness [N/m] and damping [N s/m], each (points, 2, 2), at `speeds`."""
+        if not self.whirl.size:
+            return np.array([p.K for p in self.points]), np.array([p.C for p in self.points])
+        values = np.array([self.at(speed) for speed in self.speeds])
+        return values[:, 0], values[:, 1]
+
+    @property
+    def table(self) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+        """Stiffness and damping (..., 2, 2) over the axes [rad/s], by their names in `fe_shaft.BearingElement`."""
+        speeds, values = self.grid
+        axes = {"frequency": speeds, "whirl_frequency": self.whirl}
+        kept = {name: axis for name, axis in axes.items() if axis.size > 1}
+        shape = (*map(len, kept.values()), 2, 2)
+        return values[:, :, 0].reshape(shape), values[:, :, 1].reshape(shape), kept
 
     @property
     def spring(self) -> float:
@@ -197,18 +230,43 @@ class TableBearing(BearingMass):
         K, _ = self.at(float(np.median(self.speeds)))
         return max(0.5 * float(np.trace(K)), 1.0)
 
-    def at(self, speed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m] at a speed [rad/s] of either sense."""
-        known, both = self.speeds, np.array([(p.K, p.C) for p in self.points])
+    def at(self, speed: float, whirl: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness (2, 2) [N/m] and damping (2, 2) [N s/m] at a speed [rad/s] of either sense.
+
+        The `whirl` frequency [rad/s] is that of the speed where none is given.
+        """
+        known, both = self.grid
         turning = abs(speed)
-        k = min(max(int(np.searchsorted(known, turning)), 1), len(known) - 1)
-        share = min(max((turning - known[k - 1]) / (known[k] - known[k - 1]), 0.0), 1.0)
-        K, C = both[k - 1] + share * (both[k] - both[k - 1])
+        values = _between(known, both, turning)
+        K, C = _between(self.whirl, values, turning if whirl is None else whirl)
         return (mirrored(K), mirrored(C)) if speed < 0 else (K, C)
 
     def problems(self) -> Iterator[tuple[str, str]]:
-        """Speeds ascend."""
-        for i, (before, point) in enumerate(pairwise(self.points), 1):
-            if not point.speed > before.speed:
-                shown, last = show(point.speed, "rad/s"), show(before.speed, "rad/s")
-                yield f"points.{i}.speed", f"'{shown}' is not above the one before, '{last}'; sort the table"
+        """Speeds ascend, whirl frequencies at each speed, the same ones at every speed."""
+        over = sum(p.whirl_frequency is not None for p in self.points)
+        if 0 < over < len(self.points):
+            yield "points", "some have a whirl_frequency and some have none; give it at all of them or at none"
+            return
+        keys = [(p.speed, p.whirl_frequency or 0.0) for p in self.points]
+        for i, (before, key) in enumerate(pairwise(keys), 1):
+            if not key > before:
+                name, k = ("speed", 0) if not over or key[0] != before[0] else ("whirl_frequency", 1)
+                shown, last = show(key[k], "rad/s"), show(before[k], "rad/s")
+                yield f"points.{i}.{name}", f"'{shown}' is not above the one before, '{last}'; sort the table"
+                return
+        every = [(speed, whirl) for speed in sorted({s for s, _ in keys}) for whirl in sorted({w for _, w in keys})]
+        if missing := sorted(set(every) - set(keys)):
+            speed, whirl = (show(value, "rad/s") for value in missing[0])
+            yield (
+                "points",
+                f"at '{speed}' the whirl_frequency '{whirl}' is missing; every speed needs the same ones",
+            )
+
+
+def _between(axis: np.ndarray, values: np.ndarray, at: float) -> np.ndarray:
+    """Values (n, ...) along an ascending axis (n,), linear in between and held beyond; the only ones of no axis."""
+    if len(axis) < 2:
+        return np.asarray(values[0])
+    k = min(max(int(np.searchsorted(axis, at)), 1), len(axis) - 1)
+    share = min(max((at - axis[k - 1]) / (axis[k] - axis[k - 1]), 0.0), 1.0)
+    return np.asarray(values[k - 1] + share * (values[k] - values[k - 1]))

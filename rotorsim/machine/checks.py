@@ -51,8 +51,9 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     """Checks of how its parts fit, each by itself."""
     yield _on_shaft(machine)
     yield _bearings_apart(machine)
-    yield _bearing_names(machine)
-    yield _disc_names(machine)
+    for list_name in ("bearings", "discs", "thrust_bearings"):
+        yield _names(machine, list_name)
+    yield _axial(machine)
     for check in (_floor, _thin, _reach, _offsets, _one_law):
         yield check(machine)
     yield _gains(machine)
@@ -68,6 +69,7 @@ def _positions(machine: MachineTables) -> Iterator[tuple[str, float]]:
     """Paths and coordinates of everything that has a place on the shaft."""
     named: list[tuple[str, Any]] = [(f"point_masses.{i}", mass) for i, mass in enumerate(machine.point_masses)]
     named += [(f"bearings.{i}", bearing) for i, bearing in enumerate(machine.bearings)]
+    named += [(f"thrust_bearings.{i}", bearing) for i, bearing in enumerate(machine.thrust_bearings)]
     named += [("probe", machine.probe)] if machine.probe else []
     named += [(f"probes.{i}", probe) for i, probe in enumerate(machine.probes)]
     for path, part in chain(named, _each_effect(machine)):
@@ -92,12 +94,19 @@ def _on_shaft(machine: MachineTables) -> Problems:
             yield f"discs.{i}.{name}", f"'{show(z, 'm')}' is outside the shaft ({reach}); {way}"
 
 
-def _disc_names(machine: MachineTables) -> Problems:
-    """Every disc with a name has its own."""
-    names = [getattr(disc, "name", None) for disc in machine.discs]
+def _names(machine: MachineTables, where: str) -> Problems:
+    """Every part of a list with a name has its own."""
+    names = [getattr(part, "name", None) for part in getattr(machine, where)]
     for i, name in enumerate(names):
         if name is not None and name in names[:i]:
-            yield f"discs.{i}.name", f"'{name}' is the name of discs.{names.index(name)} too; give each its own"
+            yield f"{where}.{i}.name", f"'{name}' is the name of {where}.{names.index(name)} too; give each its own"
+
+
+def _axial(machine: MachineTables) -> Problems:
+    """A load along the shaft has a film that pushes against it."""
+    against = "-z" if (machine.axial_load or 0.0) > 0 else "+z"
+    if machine.axial_load and against not in [getattr(one, "pushes", None) for one in machine.thrust_bearings]:
+        yield "axial_load", f"'{show(machine.axial_load, 'N')}' has no thrust bearing that pushes '{against}'; add one"
 
 
 def _bearings_apart(machine: MachineTables) -> Problems:
@@ -109,15 +118,6 @@ def _bearings_apart(machine: MachineTables) -> Problems:
                     f"bearings.{i}.position",
                     f"'{show(place, 'm')}' is where bearings.{k} is; move one or add its stiffness there",
                 )
-
-
-def _bearing_names(machine: MachineTables) -> Problems:
-    """Every bearing with a name has its own."""
-    names = [getattr(bearing, "name", None) for bearing in machine.bearings]
-    for i, name in enumerate(names):
-        if name is not None and name in names[:i]:
-            other = names.index(name)
-            yield f"bearings.{i}.name", f"'{name}' is the name of bearings.{other} too; give each its own"
 
 
 def _injection(machine: MachineTables) -> Problems:

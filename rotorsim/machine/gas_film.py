@@ -29,10 +29,18 @@ from rotorsim.machine.bearings import BearingPart, Support
 from rotorsim.machine.part import Part, part_of, quantity
 
 if TYPE_CHECKING:
-    from reynolds.sleeve import Foil as Foil, Grooves as Grooves, Lobes as Lobes, Steps as Steps
+    from reynolds.sleeve import (
+        Foil as Foil,
+        Grooves as Grooves,
+        Lobes as Lobes,
+        RingFeed as RingFeed,
+        SpiralGrooves as SpiralGrooves,
+        Steps as Steps,
+    )
 else:  # the same classes, which can also be read from a machine file
-    Foil, Grooves, Lobes, Steps = (
-        part_of(form, __name__) for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps)
+    Foil, Grooves, Lobes, Steps, RingFeed, SpiralGrooves = (
+        part_of(form, __name__)
+        for form in (forms.Foil, forms.Grooves, forms.Lobes, forms.Steps, forms.RingFeed, forms.SpiralGrooves)
     )
 
 
@@ -245,6 +253,62 @@ class GasFilm(BearingPart):
         for path in form.closed if self.orifices else ():
             yield path, "does not go with orifices in the same film; remove the one or the other"
         yield from form.problems(self.length)
+
+
+class ThrustBearing(Part):
+    """A gas film between a face of the rotor and a plate, which carries along the shaft.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> size = {"inner_diameter": "20 mm", "outer_diameter": "60 mm", "clearance": "20 um"}
+    >>> rs.machine.ThrustBearing(position="0 mm", pushes="+z", **size).gap(5e-6)
+    2.5e-05
+    """
+
+    name: str | None = Field(None, description="Name of the film.")
+    position: float = quantity("m", "Coordinate z of the film.", low=-100, high=100, example=0.05)
+    pushes: Literal["+z", "-z"] = Field(description="Direction of its force on the rotor.")
+    inner_diameter: float = quantity("m", "Inner diameter of the film.", above=0, high=10, example=0.02)
+    outer_diameter: float = quantity("m", "Outer diameter of the film.", above=0, high=10, example=0.06)
+    clearance: float = quantity(
+        "m", "Gap over the ridges, with the rotor where the file has it.", above=0, high=1e-3, example=20e-6
+    )
+    inner_edge: Literal["open", "closed", "fed"] = Field(
+        "open", description="'open' to the ambient, 'closed', or 'fed' with the supply pressure."
+    )
+    hub_diameter: float | None = quantity(
+        "m", "Diameter down to which the pressure of a closed or fed inner edge acts; the inner one when not given.",
+        None, low=0, high=10, example=0.01)  # fmt: skip
+    grooves: SpiralGrooves | None = Field(None, description="Spiral grooves in one of its faces.")
+    feed: RingFeed | None = Field(None, description="Orifices of a fed inner edge; without them all pressure is there.")
+
+    @property
+    def sign(self) -> float:
+        """1 where it pushes the rotor towards +z, -1 where towards -z."""
+        return 1.0 if self.pushes == "+z" else -1.0
+
+    def gap(self, displacement: float) -> float:
+        """Gap [m] of a rotor displaced [m] towards +z."""
+        return self.clearance + self.sign * displacement
+
+    def problems(self) -> Iterator[tuple[str, str]]:
+        """Its edges follow each other, the land leaves grooves, and only a fed edge has orifices."""
+        inner, outer = show(self.inner_diameter, "m"), show(self.outer_diameter, "m")
+        if self.inner_diameter >= self.outer_diameter:
+            yield "inner_diameter", f"'{inner}' is not below outer_diameter '{outer}'; make it smaller"
+        elif self.grooves is not None and self.grooves.land >= 0.5 * (self.outer_diameter - self.inner_diameter):
+            land = show(self.grooves.land, "m")
+            yield "grooves.land", f"'{land}' leaves no grooves between '{inner}' and '{outer}'; make it narrower"
+        if self.hub_diameter is not None and self.hub_diameter > self.inner_diameter:
+            yield "hub_diameter", f"'{show(self.hub_diameter, 'm')}' is above inner_diameter '{inner}'; make it smaller"
+        if self.hub_diameter is not None and self.inner_edge == "open":
+            yield "hub_diameter", "goes with an inner_edge that is 'closed' or 'fed'; remove it or write which"
+        if self.feed is not None and self.inner_edge != "fed":
+            yield "feed", f"does not go with an inner_edge that is '{self.inner_edge}'; write 'fed' or remove it"
+        if self.clearance > self.outer_diameter / 20:
+            limit = show(self.outer_diameter / 20, "m")
+            yield "clearance", f"'{show(self.clearance, 'm')}' is not a thin film; write at most '{limit}'"
 
 
 class Injection(Part):

@@ -164,6 +164,19 @@ class Layer(ShaftPiece):
         return (left, right) if right - left > 1e-6 * self.length else None
 
 
+class ShaftMode(Part):
+    """Damping of one of the shaft's modes, as measured on the shaft itself.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.machine.ShaftMode(damping_ratio=0.004).damping_ratio
+    0.004
+    """
+
+    damping_ratio: float = number("1", "Modal damping ratio.", low=0, high=0.5, example=0.004)
+
+
 class Shaft(Part):
     """The elastic shaft.
 
@@ -183,7 +196,16 @@ class Shaft(Part):
     damping_ratio: float = number(
         "1", "Modal damping ratio of the shaft's own modes.", 0.0, low=0, high=0.5, example=0.01
     )
+    modes: tuple[ShaftMode, ...] = Field(
+        (),
+        description="Modes of either plane, from the lowest, with their own damping ratios; the rest has the above.",
+    )
     max_element_length: float = number("m", "Longest finite element.", 0.025, above=0, high=10)
+
+    @property
+    def damping_ratios(self) -> list[float]:
+        """Damping ratios of the first modes of a plane; the last one is that of all further modes."""
+        return [*(mode.damping_ratio for mode in self.modes), self.damping_ratio]
 
     @property
     def length(self) -> float:

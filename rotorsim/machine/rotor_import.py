@@ -15,12 +15,14 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 import fe_shaft
+from fe_shaft.shaft import COEFFICIENTS, SOFT, SWITCHES
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.foreign_systems import Leftovers
 from rotorsim.base.units import parse
@@ -32,11 +34,6 @@ from rotorsim.machine.tables import checked_part
 if TYPE_CHECKING:
     from fe_shaft.assembly import AssembledRotor
     from fe_shaft.shaft import BearingElement, Material, ShaftElement
-
-SOFT = 1e-6
-"""Share of Young's modulus below which a layer is meant as mass alone: other programs have no other word for it."""
-_SWITCHES = ("shear_effects", "rotary_inertia", "gyroscopic")
-_COEFFICIENTS = ("kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy")
 
 
 def from_ross(rotor: Any, name: str = "") -> Machine:
@@ -107,8 +104,10 @@ def machine_of(rotor: AssembledRotor, name: str) -> Machine:
     return Machine.from_text(cast(Machine, checked_part(Machine, _bare(tables), "")).text)
 
 
+SPEEDS = {"frequency": "speed"}
+"""Names of a machine file for those of an element."""
 _HEADING = re.compile(r"\s*(?P<name>[A-Za-z]+)\s*[\[(,/]?\s*(?P<unit>[^\])]*?)\s*[\])]?\s*")
-_UNITS = {"speed": "rad/s"} | {name: "N/m" if name[0] == "k" else "N*s/m" for name in _COEFFICIENTS}
+_UNITS = {"speed": "rad/s"} | {name: "N/m" if name[0] == "k" else "N*s/m" for name in COEFFICIENTS}
 
 
 def bearing_points(path: str | Path) -> tuple[Point, ...]:
@@ -211,15 +210,13 @@ def _unsayable(rotor: AssembledRotor) -> Iterator[str]:
     for e in rotor.shaft_elements:
         if e.torque:
             yield f"shaft element {e.n}: torque = {e.torque:g} N m has no counterpart; leave it out"
-        for switch in _SWITCHES:
+        for switch in SWITCHES:
             if not getattr(e, switch):
                 yield f"shaft element {e.n}: {switch} = False has no counterpart; a machine's shaft has it"
     for p in rotor.point_mass_elements:
         if p.mx != p.my:
             yield f"point mass at node {p.n}: {p.mx:g} kg in x and {p.my:g} kg in y; give it one mass"
     for b in rotor.bearing_elements:
-        if b.whirl_frequency is not None:
-            yield f"bearing at node {b.n}: its table is over the whirl frequency; give it over the speed, synchronous"
         yield from _unsayable_link(rotor, b)
 
 
@@ -269,13 +266,18 @@ def _bearing(rotor: AssembledRotor, bearing: BearingElement) -> dict[str, Any]:
     common |= {name: getattr(bearing, name) or None for name in ("mxx", "myy")}
     if bearing.n_link is not None:
         common["support"] = _support(rotor, bearing.n_link)
-    values = {name: np.atleast_1d(getattr(bearing, name)) for name in _COEFFICIENTS}
-    if bearing.frequency is None:
+    values = {name: np.atleast_1d(getattr(bearing, name)) for name in COEFFICIENTS}
+    if bearing.constant:
         return {"kind": "linear", **common, **{name: value[0] for name, value in values.items()}}
+    places = list(product(*bearing.axes))
+    shape = tuple(map(len, bearing.axes))
+    columns = {name: np.broadcast_to(value, shape).ravel() for name, value in values.items()}
+    names = [n for n in ("frequency", "whirl_frequency") if getattr(bearing, n) is not None]
     points = [
-        {"speed": speed, **{name: np.broadcast_to(value, len(bearing.axes[0]))[k] for name, value in values.items()}}
-        for k, speed in enumerate(bearing.axes[0])
-    ]
+        {"speed": 0.0} | {SPEEDS.get(n, n): v for n, v in zip(names, place, strict=True)}
+        | {name: column[k] for name, column in columns.items()}
+        for k, place in enumerate(places)
+    ]  # fmt: skip
     return {"kind": "table", **common, "points": points}
 
 

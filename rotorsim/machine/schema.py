@@ -100,6 +100,9 @@ class Machine(MachineTables):
             counts = ((len(self.injectors) * (k == self.pinned_film), "injectors"), (orifices, "orifices"))
             fed = "".join(f", {count} {what}" for count, what in counts if count) or ", no feeding"
             rows.insert(3 + k, ("gas film" if len(self.films) == 1 else f"gas film {name}", text + fed))
+        for one, name in zip(self.thrust_bearings, self.thrust_names, strict=True):
+            size = f"{one.inner_diameter * 1e3:g} to {one.outer_diameter * 1e3:g} mm"
+            rows.insert(-1, (f"thrust film {name}", f"{size}, clearance {one.clearance * TO_UM:.4g} um"))
         return Card(f"Machine {self.name}", rows)
 
     def __repr__(self) -> str:
@@ -142,6 +145,9 @@ def summary(machine: Machine) -> str:
         fed = ", ".join(f"{count} {name}" for count, name in counts if count) or "no feeding"
         every = f"{'each ' if several and len(gaps) == 1 else ''}with {' and '.join(gaps)} clearance"
         parts.append(f"{films}, {every}; in all {fed}" if several else f"{films} {every} and {fed}")
+    if machine.thrust_bearings:
+        gaps = dict.fromkeys(show(one.clearance, "m") for one in machine.thrust_bearings)
+        parts.append(f"{len(machine.thrust_bearings)} thrust bearings with {' and '.join(gaps)} clearance")
     acting = [name for name, several in machine.effects.items() if not all(map(_does_nothing, several))]
     parts.append(f"effects: {', '.join(acting) or 'none'}")
     if idle := [name for name in machine.effects if name not in acting]:

@@ -20,9 +20,9 @@ from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import LEFT_OUT
 from rotorsim.machine import numerics
 from rotorsim.machine.bearings import LinearBearing, TableBearing
-from rotorsim.machine.gas_film import Actuators, Gas, GasFilm, Injection, PinnedInjector
+from rotorsim.machine.gas_film import Actuators, Gas, GasFilm, Injection, PinnedInjector, ThrustBearing
 from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
-from rotorsim.machine.part import SI, Part, PartError, sentences, unknown_field
+from rotorsim.machine.part import SI, Part, PartError, quantity, sentences, unknown_field
 from rotorsim.machine.rotor import AnyProbe, Disc, Drive, LumpedMass, Probe, Shaft
 
 
@@ -48,6 +48,10 @@ class MachineTables(Part):
     discs: tuple[Disc, ...] = Field((), description="Rigid discs on the shaft.")
     point_masses: tuple[LumpedMass, ...] = Field((), description="Masses without moments of inertia on the shaft.")
     bearings: tuple[Bearing, ...] = Field(min_length=1, description="Bearings: gas films, linear ones, tables.")
+    thrust_bearings: tuple[ThrustBearing, ...] = Field((), description="Gas films that carry along the shaft.")
+    axial_load: float | None = quantity(
+        "N", "Static force on the rotor towards +z, as its weight where it stands upright; none when not given.", None,
+        low=-1e9, high=1e9, example=20.0)  # fmt: skip
     gas: Gas = Field(Gas(), description="The gas in film and injectors.")
     injection: Injection | None = Field(None, description="What all injectors have in common.")
     injectors: tuple[PinnedInjector, ...] = Field((), description="The injectors of the gas film.")
@@ -86,6 +90,11 @@ class MachineTables(Part):
     def film_names(self) -> tuple[str, ...]:
         """Names of the bearings that are gas films."""
         return tuple(self.bearing_names[i] for i in self.film_bearings)
+
+    @property
+    def thrust_names(self) -> tuple[str, ...]:
+        """Name of every thrust bearing; 'thrust bearing 0' and so on where it has none."""
+        return tuple(t.name or f"thrust bearing {i}" for i, t in enumerate(self.thrust_bearings))
 
     @property
     def film(self) -> GasFilm | None:
@@ -156,8 +165,13 @@ class MachineTables(Part):
 
     @property
     def fed(self) -> bool:
-        """Whether gas is supplied to a film, by injectors or orifices."""
+        """Whether gas is supplied to a journal film, by injectors or orifices."""
         return bool(self.orifice_count) or self.pinned_film is not None
+
+    @property
+    def supplied(self) -> bool:
+        """Whether anything takes gas from the supply: a journal film or a thrust bearing."""
+        return self.fed or any(one.inner_edge == "fed" for one in self.thrust_bearings)
 
     @property
     def mass(self) -> float:
@@ -233,8 +247,8 @@ def _read_one(name: str, path: str, table: Any, problems: list[tuple[str, str]])
             problems.append((f"{path}.{key}", unknown_field(str(key), known)))
             continue
         try:
-            quantity = quantity_of(known[key])
-            values[key] = float(quantity.parse(given)) if quantity else given
+            unit = quantity_of(known[key])
+            values[key] = float(unit.parse(given)) if unit else given
         except ValueError as error:
             problems.append((f"{path}.{key}", str(error)))
     for key, parameter in known.items():

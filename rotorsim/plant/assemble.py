@@ -202,11 +202,10 @@ def make_films(machine: Machine) -> tuple[FilmModel, ...]:
     symmetric = all(e.symmetric for es in machine.effects.values() for e in es)
     symmetric = symmetric and all(film.sleeve.symmetric for film in machine.films)
     half = machine.grid.symmetry == "auto" and symmetric and all(i.offset == 0 for one in fed for i in one)
-    rarefied = any(e.port == "gas" for es in machine.effects.values() for e in es)
     return tuple(
         FilmModel(
             FilmGrid(film.diameter / 2, film.length, machine.grid.n_theta, machine.grid.n_z, half), film.clearance, air,
-            injectors, machine.solver.minimum_film, rarefied, film.sleeve,
+            injectors, machine.solver.minimum_film, film.sleeve,
         )
         for film, injectors in zip(machine.films, fed, strict=True)
     )  # fmt: skip

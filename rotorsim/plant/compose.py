@@ -53,6 +53,9 @@ class KernelModule(Protocol):
     def settle(self, w: Array, initial: Array, ix: Array, P: Any, speed: float, supply: float) -> int:
         """Fill w with the equilibrium at speed [rad/s] and supply [Pa, absolute]; a code of `equilibrium_kernel`."""
 
+    def stand(self, w: Array, initial: Array, P: Any, supply: float) -> bool:
+        """Fill w with the shaft at standstill on its sleeves without supply [Pa, absolute]; whether it rests."""
+
     def run(self, w: Array, ix: Array, P: Any, inputs: Array, out: Array, steps_per_sample: int) -> int:
         """Advance one sample per row of `inputs` (k, 6), writing `out` (k, columns); returns the samples done.
 

@@ -135,10 +135,12 @@ class Mesh:
             link = self._pedestals.get(number)
             if bearing.coefficients is None and not films:
                 continue
-            if bearing.coefficients is not None and (tables or not bearing.speeds.size):
-                bearings.append(self._bearing(bearing, *bearing.coefficients, link))
+            if tables and isinstance(bearing, TableBearing):
+                bearings.append(self._bearing(bearing, *bearing.table, link))
+            elif bearing.coefficients is not None and not bearing.speeds.size:
+                bearings.append(self._bearing(bearing, *bearing.coefficients, {}, link))
             elif link is not None or any(bearing.masses):
-                bearings.append(self._bearing(bearing, np.zeros((2, 2)), np.zeros((2, 2)), link))
+                bearings.append(self._bearing(bearing, np.zeros((2, 2)), np.zeros((2, 2)), {}, link))
             if link is not None and bearing.support is not None:
                 bearings.append(_ground(link, bearing.support))
                 masses.append(PointMass(link, m=bearing.support.mass))
@@ -184,14 +186,21 @@ class Mesh:
         material = Material("shaft", own.density, own.youngs_modulus, Poisson=own.poisson_ratio)
         return ShaftElement(L, idl, odl, idr, odr, material=material, n=n, **more)
 
-    def _bearing(self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, link: int | None) -> BearingElement:
-        """A bearing with stiffness and damping (2, 2), or of each of its speeds (points, 2, 2)."""
+    def _bearing(
+        self, bearing: BearingPart, K: np.ndarray, C: np.ndarray, axes: dict[str, np.ndarray], link: int | None
+    ) -> BearingElement:
+        """A bearing with stiffness and damping (2, 2), or of each point of its axes (..., 2, 2)."""
         mxx, myy = bearing.masses
         return BearingElement(
             self.node(bearing.position), K[..., 0, 0], C[..., 0, 0], K[..., 1, 1], K[..., 0, 1], K[..., 1, 0],
-            C[..., 1, 1], C[..., 0, 1], C[..., 1, 0],
-            frequency=bearing.speeds if K.ndim > 2 else None, n_link=link, extrapolate="hold", mxx=mxx, myy=myy,
+            C[..., 1, 1], C[..., 0, 1], C[..., 1, 0], n_link=link, extrapolate="hold", mxx=mxx, myy=myy, **axes,
         )  # fmt: skip
+
+    @cached_property
+    def whirling(self) -> dict[int, TableBearing]:
+        """Bearings whose tables are over the whirl frequency too, by index."""
+        found = enumerate(self.machine.bearings)
+        return {i: b for i, b in found if isinstance(b, TableBearing) and b.whirl.size}
 
     @cached_property
     def tables(self) -> Tables:
@@ -218,7 +227,7 @@ class Mesh:
         loads = self._bearing_loads if self.other_bearings else None
         if loads is not None:
             modes = min(modes, 2 * len(self.nodes) + len(machine.supported) - loads.shape[1])
-        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratio, loads)
+        reduced = modal_reduction(self.constant, self.springs, modes, machine.shaft.damping_ratios, loads)
         own = reduced.frequencies.reshape(2, -1)[:, :modes]  # the deflections of the loads follow, and are no modes
         if own.min() < 1e-4 * own.max():
             pushed = min(section.axial_force or 0.0 for section in machine.shaft.sections)
@@ -275,15 +284,14 @@ class Mesh:
         if effect.influence == "bow":
             return self.bow
         if effect.influence == "mass":
-            body = self.reduced.body()
-            return body if type(effect).foundation is None else body + self._housing_mass
+            return self.reduced.body() if type(effect).foundation is None else self.shaken_mass
         number = self.bearing_number(effect)
         return self.shape_between(self.place(effect), self.on_disc(effect)) if number is None else self.between(number)
 
     @property
-    def _housing_mass(self) -> np.ndarray:
-        """Participation (2, 2n) of the housings in the modes [kg^1/2]."""
-        rows = np.zeros((2, self.reduced.Phi.shape[1]))
+    def shaken_mass(self) -> np.ndarray:
+        """Participation (2, 2n) in the modes [kg^1/2] of all that stands on the foundation: rotor and housings."""
+        rows = np.array(self.reduced.body())
         for number in self.machine.supported:
             support = self.machine.bearings[number].support
             assert support is not None

@@ -46,6 +46,7 @@ from rotorsim.plant.kernels.layout import (
 )
 from rotorsim.plant.locations import probe_coordinates
 from rotorsim.plant.simulation import Equilibrium, Simulation, describe, settle, split_columns
+from rotorsim.plant.synchronous_orbit import start_on_orbit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,8 +152,10 @@ class Plant(Shown):
         """
         return plant_system(self.start(*point(speed, pressure), seed))
 
-    def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Simulation:
+    def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0, begin: str = "rest") -> Simulation:
         """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise.
+
+        With `begin` "orbit" it moves on the synchronous orbit, if the machine keeps one; `Simulation.on_orbit` tells.
 
         Examples
         --------
@@ -163,6 +166,8 @@ class Plant(Shown):
         """
         if not 0 <= seed < 2**53 or seed != int(seed):
             raise DataError(f"seed = {seed}: give a whole number from 0 to 2^53 - 1")
+        if begin == "orbit":
+            return start_on_orbit(self.assembly, *point(speed, pressure), seed)
         return Simulation.at_equilibrium(self.assembly, *point(speed, pressure), seed)
 
     def simulate(

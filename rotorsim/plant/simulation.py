@@ -167,6 +167,19 @@ def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
     return w
 
 
+def rest_on_sleeves(a: Assembly, speed: float, pressure: float) -> np.ndarray | None:
+    """Workspace with a shaft at standstill on its sleeves; None where it turns, is fed or its sleeves carry nothing.
+
+    A film without speed and supply has ambient pressure everywhere, so contact carries what bearings do not.
+    """
+    carrying = any(e.stiffness > 0 for e in a.machine.effects.get("contact", ()))
+    if speed != 0 or (pressure != 0 and a.machine.fed) or not a.films or not carrying:
+        return None
+    w = at_cache_line(a.w.size)
+    rested = a.module.stand(w, a.w, a.parameters, a.machine.gas.absolute(0.0))
+    return w if rested else None
+
+
 def coupled_effects(a: Assembly) -> tuple[str, ...]:
     """Names of the effects that an equilibrium is repeated for: of supply, heat, and steady forces of the motion.
 
@@ -216,11 +229,16 @@ class Simulation(Shown):
 
     assembly: Assembly
     w: np.ndarray
+    on_orbit: bool = False
+    """Whether it began on the synchronous orbit."""
+    torques: bool = False
+    """Whether samples have the torque of friction behind their other columns."""
 
     @classmethod
     def at_equilibrium(cls, assembly: Assembly, speed: float, pressure: float, seed: int = 0) -> Simulation:
         """Start at the static equilibrium for a speed [rad/s] and gauge pressure [Pa]; `seed` makes the noise."""
-        w = settle(assembly, speed, pressure)
+        w = rest_on_sleeves(assembly, speed, pressure)
+        w = settle(assembly, speed, pressure) if w is None else w
         w[assembly.rig.seed] = seed
         return cls(assembly, w)
 
@@ -246,7 +264,7 @@ class Simulation(Shown):
     @property
     def columns(self) -> int:
         """Columns of the sample table."""
-        return self.assembly.columns
+        return self.assembly.columns + int(self.torques)
 
     def strike_at(self, position: float) -> None:
         """Let the external force act at a position [m] along the shaft in place of the disc.
@@ -262,6 +280,10 @@ class Simulation(Shown):
                 argument="position",
             )
         put_rows(self.w, rotor.struck, mesh.shape_between(position), rotor.n)
+
+    def shake_base(self) -> None:
+        """Take the external force as an acceleration [m/s^2] of the base: on all masses, against it."""
+        put_rows(self.w, self.assembly.rotor.struck, -self.assembly.mesh.shaken_mass, self.assembly.rotor.n)
 
     def advance(self, inputs: np.ndarray) -> np.ndarray:
         """Advance by one sample per row of inputs; returns the state BEFORE each as (n, columns).
@@ -347,6 +369,9 @@ def split_columns(a: Assembly, table: np.ndarray, inputs: np.ndarray) -> dict[st
     values: dict[str, Any] = {name: pair(name) for name in ("disc", "disc_measured")}
     values |= {name: table[:, AT[name]] for name in ("angle", "angle_measured", "speed", "speed_measured")}
     values |= {"disc_force": inputs[:, FORCE]}
+    if table.shape[1] > a.columns:
+        values["friction_torque"] = table[:, a.columns]
+        table = table[:, : a.columns]
     pins = len(COLUMNS) + a.rig.n_pin
     read = len(COLUMNS) + a.rig.n_pin_columns
     probes = read + a.rig.n_probe

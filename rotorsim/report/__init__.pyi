@@ -49,6 +49,7 @@ from .time_history import (
     against_time as against_time,
     deceleration_curve as deceleration_curve,
     excitation as excitation,
+    friction_curve as friction_curve,
     probe_readings as probe_readings,
 )
 from .workbook import write_workbook as write_workbook

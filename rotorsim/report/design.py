@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from datetime import UTC, datetime
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -15,22 +14,23 @@ from plotly.subplots import make_subplots
 
 from rotorsim.analysis import standards
 from rotorsim.analysis.design_review import (
-    BEYOND,
     MET,
     MISSED,
     OPEN,
     CriticalSpeed,
+    DesignCheck,
     DesignReview,
     drawn_places,
     first_forward,
     margin_of,
     operating,
+    steady_up_to,
 )
 from rotorsim.base.cache import installed
 from rotorsim.base.units import TO_MPA, TO_RPM, TO_UM
 from rotorsim.report.machine_sketch import machine_drawing
 from rotorsim.report.page import INK, NEUTRAL, PIN_COLOURS, UNSAFE, Block, Page, curve, page_of, shade_growth, style
-from rotorsim.report.units import quantity
+from rotorsim.report.units import quantity, unit_name
 
 SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
 COLUMNS = 2
@@ -40,25 +40,9 @@ PANEL = 190
 Cells = Sequence[Any]
 
 
-@dataclass(frozen=True)
-class Table:
-    """A table of the page, of JSON and of a CSV file: heads with units in brackets, and rows."""
-
-    title: str
-    text: str
-    heads: tuple[str, ...]
-    rows: Sequence[Cells]
-
-    def csv(self) -> str:
-        """The table as CSV."""
-        text = io.StringIO()
-        csv.writer(text).writerows([self.heads, *self.rows])
-        return text.getvalue()
-
-
-def tables(review: DesignReview) -> dict[str, Table]:
-    """Tables of a review by the names of their files."""
-    made = (_requirements, _criticals, _unbalances, _clearances, _grades, _zones, _films, _rules)
+def tables(review: DesignReview) -> dict[str, Block]:
+    """Tables of a review by the names of their files: numbers below heads with units, None where there is none."""
+    made = (_requirements, _criticals, _cases, _unbalances, _clearances, _grades, _zones, _films, _thrust, _rules)
     return {make.__name__.lstrip("_"): make(review) for make in made}
 
 
@@ -67,6 +51,7 @@ def numbers(review: DesignReview) -> dict[str, Any]:
     plain = {name: [dict(zip(t.heads, row, strict=True)) for row in t.rows] for name, t in tables(review).items()}
     return {"machine": review.plant.machine.name, "machine_hash": review.plant.machine.hash,
             "speeds_rpm": [review.low * TO_RPM, review.high * TO_RPM], "pressure_mpa": review.pressure * TO_MPA,
+            "peaks_looked_for_mm": {name: 1e3 * z for name, z in review.places.items()},
             "verdicts": counts(review)} | plain  # fmt: skip
 
 
@@ -75,32 +60,47 @@ def counts(review: DesignReview) -> dict[str, int]:
     return {verdict: sum(check.verdict == verdict for check in review.checks) for verdict in (MET, MISSED, OPEN)}
 
 
+def asked(check: DesignCheck) -> str:
+    """The limit of a requirement as a text, in the units of the page."""
+    return f"{check.sense} {_with_unit(check.limit, check.unit)}"
+
+
+def answered(check: DesignCheck) -> str:
+    """The finding of a requirement as a text, in the units of the page."""
+    found = [] if check.found is None else [_with_unit(check.found, check.unit)]
+    return ", ".join([*found, *filter(None, [check.detail])]) or "-"
+
+
+def _with_unit(value: float, unit: str) -> str:
+    form = ".0f" if unit == "rpm" else ".3g"
+    return quantity(value, unit, form) if unit else format(value, form)
+
+
 @page_of(DesignReview)
 def design_page(review: DesignReview, author: str = "not stated") -> Page:
     """Page of a design review, with the name of its author."""
     made, machine = tables(review), review.plant.machine
     blocks: list[Block] = [
         Block("Document", rows=_head(review, author)),
-        _block(made["requirements"]),
-        Block("Machine", "To scale. Discs are solid ones of the mass and inertia of the file. Lengths in mm.",
+        _verdicts(review),
+        Block("Machine",
+              f"To scale. Discs are solid ones of the mass and inertia of the file. Lengths in {unit_name('mm')}.",
               figure=machine_drawing(machine), tools=False),
-        _block(made["criticals"], mode_figure(review) if review.criticals else None),
-        _block(made["unbalances"], response_figure(review)),
-        _block(made["clearances"], envelope_figure(review)),
+        replace(made["criticals"], figure=mode_figure(review) if review.criticals else None),
+        made["cases"],
+        replace(made["unbalances"], figure=response_figure(review)),
+        replace(made["clearances"], figure=envelope_figure(review)),
         Block("Damping over the speed", _damping_text(review), figure=damping_figure(review)),
         _map_block(review),
-        _block(made["films"]),
-        _block(made["grades"]),
-        _block(made["zones"]),
-        _block(made["rules"]),
+        made["films"],
+        replace(made["thrust"], figure=axial_figure(review) if review.axial is not None else None),
+        made["grades"],
+        made["zones"],
+        made["rules"],
     ]  # fmt: skip
     about = machine.description or "Design review"
     return Page(f"{machine.name}: design review", f"{about}. {_point(review)}",
                 [b for b in blocks if b.rows or b.figure or b.text], _key(review))  # fmt: skip
-
-
-def _block(table: Table, figure: go.Figure | None = None) -> Block:
-    return Block(table.title, table.text, table.heads, table.rows, figure) if table.rows or figure else Block("")
 
 
 def _speeds(review: DesignReview) -> str:
@@ -122,8 +122,8 @@ def _head(review: DesignReview, author: str) -> list[tuple[str, str]]:
         ("Author", author),
         ("Program", f"rotorsim {installed('rotorsim')}"),
         ("Machine", f"{machine.name}, hash {machine.hash}"),
-        ("Rotor", f"{machine.mass:.4g} kg, {quantity(machine.shaft.length * 1e3, 'mm', '.4g')} long"),
-        ("Static loads", ", ".join(f"{name} {quantity(w * 9.80665, 'N', '.4g')}" for name, w in loads)),
+        ("Rotor", f"{quantity(machine.mass, 'kg', '.4g')}, {quantity(machine.shaft.length * 1e3, 'mm', '.4g')} long"),
+        ("Static loads W", ", ".join(f"{name} {quantity(w, 'kg', '.4g')}" for name, w in loads)),
         ("Method", "Equilibria and linear models of film and rotor at each speed; all modes with a damping ratio below "
                    f"0.5 up to {review.searched[1] * TO_RPM:.0f} rpm"),
     ]  # fmt: skip
@@ -132,7 +132,7 @@ def _head(review: DesignReview, author: str) -> list[tuple[str, str]]:
 def _key(review: DesignReview) -> list[tuple[str, str]]:
     found, first = counts(review), first_forward(review)
     speed, _, looked = review.onset
-    none = f"none to {BEYOND * review.high * TO_RPM:.0f} rpm" if looked else "not known"
+    none = f"none up to {review.searched[1] * TO_RPM:.0f} rpm" if looked else "not known"
     return [
         (str(found[MISSED]), "requirements not met"), (str(found[OPEN]), "not looked at"), (str(found[MET]), "met"),
         (f"{first.speed * TO_RPM:.0f} rpm" if first else "-", "first forward critical speed"),
@@ -140,83 +140,101 @@ def _key(review: DesignReview) -> list[tuple[str, str]]:
     ]  # fmt: skip
 
 
-def _requirements(review: DesignReview) -> Table:
-    order = {MISSED: 0, OPEN: 1, MET: 2}
-    rows = [(SIGNS[c.verdict], c.name, c.asked, c.found, standards.RULES[c.rule].clause, c.remark)
-            for c in sorted(review.checks, key=lambda c: order[c.verdict])]  # fmt: skip
+def _verdicts(review: DesignReview) -> Block:
+    """The requirements as a reader wants them: those that are not met first."""
+    rows = [(SIGNS[c.verdict], c.name, asked(c), answered(c), standards.RULES[c.rule].clause, c.remark)
+            for verdict in (MISSED, OPEN, MET) for c in review.checks if c.verdict == verdict]  # fmt: skip
     text = "What was not looked at may be unsafe. How far each clause could be read stands below, under Rules."
-    return Table("Requirements", text, ("verdict", "requirement", "asked", "found", "rule", "remark"), rows)
+    return Block("Requirements", text, ("verdict", "requirement", "asked", "found", "rule", "remark"), rows)
 
 
-def _criticals(review: DesignReview) -> Table:
+def _requirements(review: DesignReview) -> Block:
+    rows = [(c.verdict, c.name, c.sense, c.limit, c.found, c.unit, c.detail, standards.RULES[c.rule].clause, c.remark)
+            for c in review.checks]  # fmt: skip
+    heads = ("verdict", "requirement", "sense", "asked", "found", "unit", "detail", "rule", "remark")
+    return Block("Requirements", "", heads, rows)
+
+
+def _criticals(review: DesignReview) -> Block:
     rows = []
     for k, mode in enumerate(review.criticals, 1):
-        asked, found = margin_of(mode, review)
+        needed, found = margin_of(mode, review)
         peak = mode.peak
         rows.append((
-            str(k), f"{mode.speed * TO_RPM:.0f}", mode.whirl, mode.decrement,
-            1 / (2 * mode.zeta) if mode.zeta > 0 else "grows",
-            f"{peak.speed * TO_RPM:.0f}" if peak else "no peak", peak.amplification if peak else "-",
-            f"{asked:.1f}" if asked else "none", f"{found:.1f}",
+            k, mode.speed * TO_RPM, mode.whirl, mode.decrement, _known(1 / (2 * mode.zeta)) if mode.zeta > 0 else None,
+            peak and peak.speed * TO_RPM, mode.place or "no peak", _known(peak.amplification) if peak else None, needed,
+            found,
         ))  # fmt: skip
     text = (
-        "Crossings of 1X with every mode, ascending. The peak is that of the unbalance response at the probes; its "
-        "factor is by half power, '-' where the flanks are not deep enough, and 1/(2 zeta) counts instead. Drawn: "
-        "deflected lines with bearings (triangles), probes (diamonds) and nodes (rings)."
+        "Crossings of 1X with every mode, ascending. Peaks of the unbalance response are looked for at "
+        f"{'; '.join(review.places)}. A factor is by half power, '-' where the flanks are not deep enough, and "
+        "1/(2 zeta) counts instead; a backward mode without a peak needs no margin, as unbalance turns forward. "
+        "Drawn: deflected lines with bearings (triangles), probes (diamonds), nodes (rings)."
     )
-    heads = ("mode", "speed [rpm]", "whirl", "log. decrement", "1/(2 zeta)", "peak [rpm]", "AF, half power",
-             "margin asked [%]", "margin found [%]")  # fmt: skip
-    return Table("Critical speeds and mode shapes", text, heads, rows)
+    heads = ("mode", "speed [rpm]", "whirl", "log. decrement", "1/(2 zeta)", "peak [rpm]", "highest at",
+             "AF, half power", "margin asked [%]", "margin found [%]")  # fmt: skip
+    return Block("Critical speeds and mode shapes", text, heads, rows)
 
 
-def _unbalances(review: DesignReview) -> Table:
+def _known(value: float) -> float | None:
+    """A number, None for one that is not known."""
+    return float(value) if np.isfinite(value) else None
+
+
+def _cases(review: DesignReview) -> Block:
+    rows = [
+        (case.name, 1e3 * _place(review, one.position), one.me * 1e6, float(np.degrees(one.phase)), load)
+        for case in review.cases
+        for one, load in zip_longest(case.unbalances, case.loads)
+    ]
+    text = (
+        "Unbalances of the analysis: in the middle of the bearings and as a couple, and at the antinodes of the modes. "
+        f"Each is 12700 W/N g mm, twice the residual 4 W/N oz in, with W in kg and N = {review.high * TO_RPM:.0f} rpm. "
+        "The last one is that of the machine file, or of grade G 2.5 without it."
+    )
+    return Block("Unbalances", text, ("case", "z [mm]", "unbalance [g mm]", "angle [deg]", "W [kg]"), rows)
+
+
+def _place(review: DesignReview, position: float | None) -> float:
+    return review.plant.assembly.mesh.place(review.file_case.unbalances[0]) if position is None else position
+
+
+def _unbalances(review: DesignReview) -> Block:
     rows: list[Cells] = []
     at = review.responses["speed"].values
     steady = review.responses["zeta_least"].values >= 0
     within = steady & operating(at, review.low, review.high)
     for case in review.cases:
-        planes = " + ".join(
-            f"{one.me * 1e6:.3g} at {_at_mm(review, one.position)}" + (", opposed" if one.phase else "")
-            for one in case.unbalances
-        )
         for probe, z in review.probes.items():
             sizes = np.where(steady, review.motion(case.name, z), np.nan) * TO_UM
             k = int(np.nanargmax(sizes)) if np.isfinite(sizes).any() else None
-            rows.append((case.name, planes, probe, "-" if k is None else f"{at[k] * TO_RPM:.0f}",
-                         "-" if k is None else float(sizes[k]),
-                         float(np.nanmax(sizes[within])) if np.isfinite(sizes[within]).any() else "-",
-                         review.scales.get(case.name, float("nan"))))  # fmt: skip
+            rows.append((case.name, probe, None if k is None else at[k] * TO_RPM, None if k is None else sizes[k],
+                         _known(np.nanmax(sizes[within], initial=-np.inf)),
+                         _known(review.scales.get(case.name, np.nan))))  # fmt: skip
     text = (
-        f"Static unbalances and couples at the antinodes of the modes, twice 4 W/N oz in (6350 W/N g mm), N = "
-        f"{review.high * TO_RPM:.0f} rpm. Shaded: a mode grows, and no response is steady. The scale brings the worst "
-        "probe at the operating speeds to Avl."
+        "Shaded: a mode grows, and no response is steady. The scale brings the worst probe at the operating speeds to "
+        "Avl."
     )
-    heads = ("case", "unbalance g mm", "probe", "largest at [rpm]", "largest [µm pk-pk]",
-             "at operating speeds [µm pk-pk]", "scale to Avl")  # fmt: skip
-    return Table("Unbalance response", text, heads, rows)
+    heads = ("case", "probe", "largest at [rpm]", "largest [µm pk-pk]", "at operating speeds [µm pk-pk]",
+             "scale to Avl")  # fmt: skip
+    return Block("Unbalance response", text, heads, rows)
 
 
-def _at_mm(review: DesignReview, position: float | None) -> str:
-    if position is None:
-        position = review.plant.assembly.mesh.place(review.file_case.unbalances[0])
-    return f"{1e3 * position:.4g} mm"
-
-
-def _clearances(review: DesignReview) -> Table:
+def _clearances(review: DesignReview) -> Block:
     rows = [
-        (c.place, f"{1e3 * c.z:.4g}", c.gap * TO_UM, c.motion * TO_UM, 100 * c.motion / c.gap,
-         f"{c.speed * TO_RPM:.0f}" if np.isfinite(c.speed) else "-", c.case)
+        (c.place, 1e3 * c.z, *map(_known, (c.gap * TO_UM, c.motion * TO_UM, 100 * c.motion / c.gap, c.speed * TO_RPM)),
+         c.case)
         for c in review.clearances
     ]  # fmt: skip
     text = (
-        "Largest motion from rest to the highest speed that is looked at, scaled to Avl, at both ends of every film "
+        "Largest motion from rest to the highest operating speed, scaled to Avl, at both ends of every film "
         "and at rubs. A foil counts as rigid. The rule allows 75 % of the diametral clearance."
     )
     heads = ("place", "z [mm]", "diametral clearance [µm]", "scaled motion [µm pk-pk]", "share [%]", "at [rpm]", "case")
-    return Table("Clearances along the shaft", text, heads, rows)
+    return Block("Clearances along the shaft", text, heads, rows)
 
 
-def _grades(review: DesignReview) -> Table:
+def _grades(review: DesignReview) -> Block:
     mass, total = review.plant.machine.mass, sum(one.me for one in review.file_case.unbalances)
     rows: list[Cells] = []
     for grade in standards.GRADES:
@@ -227,24 +245,24 @@ def _grades(review: DesignReview) -> Table:
                  "yes" if total <= residual else "no"))  # fmt: skip
     text = f"At {review.high * TO_RPM:.0f} rpm, of the whole rotor, all planes. Present: {review.file_case.name}."
     heads = ("grade", "permissible [g mm]", "eccentricity [µm]", "present [g mm]", "within")
-    return Table("Balance", text, heads, rows)
+    return Block("Balance", text, heads, rows)
 
 
-def _zones(review: DesignReview) -> Table:
+def _zones(review: DesignReview) -> Block:
     rpm = review.high * TO_RPM
     rows = [(zone, limit / np.sqrt(rpm) * TO_UM) for zone, limit in standards.SHAFT_ZONES.items()]
     rows.append(("API Avl", standards.vibration_limit(review.high) * TO_UM))
     low, high = standards.SCOPE
     text = "Limits of relative shaft vibration, ISO 20816-3 and API."
     text += "" if low <= rpm <= high else f" The zones are made for {low:.0f} to {high:.0f} rpm: here for orientation."
-    return Table("Zones of shaft vibration", text, ("zone", "up to [µm pk-pk]"), rows)
+    return Block("Zones of shaft vibration", text, ("zone", "up to [µm pk-pk]"), rows)
 
 
-def _films(review: DesignReview) -> Table:
+def _films(review: DesignReview) -> Block:
     warm = any(f.rises.any() for f in review.films)
     rows: list[Cells] = [
         (f.name, f.load, f.eccentricity, f.K[0, 0] * 1e-6, f.K[1, 1] * 1e-6, f.K[0, 1] * 1e-6, f.K[1, 0] * 1e-6,
-         f.C[0, 0] * 1e-3, f.C[1, 1] * 1e-3, f.power, f.flow * 1e6, f"{f.rises[0]:.3g}" if warm else "not modelled")
+         f.C[0, 0] * 1e-3, f.C[1, 1] * 1e-3, f.power, f.flow * 1e6, float(f.rises[0]) if warm else None)
         for f in review.films
     ]  # fmt: skip
     text = f"At {review.high * TO_RPM:.0f} rpm; stiffness and damping at the frequency of the speed. "
@@ -253,12 +271,58 @@ def _films(review: DesignReview) -> Table:
     heads = ("film", "load [N]", "eccentricity ratio", "Kxx [MN/m]", "Kyy [MN/m]", "Kxy [MN/m]", "Kyx [MN/m]",
              "Cxx [kN s/m]", "Cyy [kN s/m]", "friction [W]", "flow [mg/s]", "gas warmer by [K]")  # fmt: skip
     has_film = bool(review.plant.machine.films)
-    return Table("Films", text if has_film else "", heads, rows)
+    return Block("Films", text if has_film else "", heads, rows)
 
 
-def _rules(review: DesignReview) -> Table:
+def _thrust(review: DesignReview) -> Block:
+    heads = ("film", "gap [µm]", "load [N]", "K at rest [MN/m]", "K [MN/m]", "C [N s/m]", "friction [W]",
+             "flow [mg/s]", "highest pressure [MPa abs]")  # fmt: skip
+    if review.axial is None:
+        return Block("Thrust bearings", heads=heads)
+    state = review.axial.state
+    if state is None:
+        return Block("Thrust bearings", f"Not looked at: {review.axial.refused}", heads, [])
+    rows = [
+        (f.name, f.gap * TO_UM, f.load, f.static_stiffness * 1e-6, f.stiffness * 1e-6, f.damping, f.power, f.flow * 1e6,
+         f.p_max * TO_MPA)
+        for f in state.films
+    ]  # fmt: skip
+    text = (
+        f"At {review.high * TO_RPM:.0f} rpm; K and C at the frequency of the axial mode, "
+        f"{state.wn / (2 * np.pi):.4g} Hz with a damping ratio of {state.zeta:.3g}. The load of "
+        f"{quantity(state.load, 'N')} displaces the rotor by {quantity(state.displacement * TO_UM, 'µm')} towards +z."
+    )
+    return Block("Thrust bearings", text, heads, rows)
+
+
+def axial_figure(review: DesignReview) -> go.Figure:
+    """Force of every thrust bearing over the displacement, and the axial mode over the speed."""
+    found = review.axial
+    assert found is not None
+    figure = make_subplots(1, 2, specs=[[{}, {"secondary_y": True}]], horizontal_spacing=0.12,
+                           subplot_titles=["force on the rotor towards +z", "axial mode"])  # fmt: skip
+    z = found.displacements * TO_UM
+    for k, (name, force) in enumerate(zip(review.plant.machine.thrust_names, found.forces, strict=True)):
+        figure.add_trace(curve(z, force, PIN_COLOURS[k % 6], name, 1.6), 1, 1)
+    load = review.plant.machine.axial_load or 0.0
+    figure.add_trace(curve(z, found.forces.sum(axis=0) + load, INK, "with the load", 2.4), 1, 1)
+    if found.state is not None:
+        figure.add_trace(go.Scatter(x=[found.state.displacement * TO_UM], y=[0.0], mode="markers", hoverinfo="x",
+                                    marker={"size": 9, "color": INK}, showlegend=False), 1, 1)  # fmt: skip
+    at = found.speeds * TO_RPM
+    figure.add_trace(curve(at, found.wn / (2 * np.pi), PIN_COLOURS[0], "frequency", 2, digits=7), 1, 2)
+    figure.add_trace(curve(at, found.zeta, UNSAFE, "damping ratio", 2, "dash", digits=7), 1, 2, secondary_y=True)
+    figure.update_xaxes(title_text="displacement [µm]", row=1, col=1)
+    figure.update_yaxes(title_text="force [N]", row=1, col=1)
+    figure.update_xaxes(title_text="speed [rpm]", row=1, col=2)
+    figure.update_yaxes(title_text="frequency [Hz]", rangemode="tozero", row=1, col=2)
+    figure.update_yaxes(title_text="damping ratio", row=1, col=2, secondary_y=True, showgrid=False)
+    return style(figure, 340)
+
+
+def _rules(review: DesignReview) -> Block:
     rows = [(rule.clause, rule.formula, rule.known) for rule in standards.RULES.values()]
-    return Table("Rules", "", ("standard and clause", "rule", "how far it could be verified"), rows)
+    return Block("Rules", "", ("standard and clause", "rule", "how far it could be verified"), rows)
 
 
 def mode_figure(review: DesignReview) -> go.Figure:
@@ -299,6 +363,9 @@ def response_figure(review: DesignReview) -> go.Figure:
             figure.add_trace(curve(speed * TO_RPM, sizes, PIN_COLOURS[k % 6], probe, 2, digits=7, legendgroup=probe,
                                    showlegend=row == 1), row, 1)  # fmt: skip
         for mode in (m for m in review.criticals if m.driven_by == case.name and m.peak is not None):
+            if mode.place not in review.probes:
+                sizes = np.where(steady, review.motion(case.name, review.places[mode.place]), np.nan) * TO_UM
+                figure.add_trace(curve(speed * TO_RPM, sizes, INK, mode.place, 1, "dot", 7), row, 1)
             _add_peak(figure, mode, row)
         _add_operating(figure, review, row)
         figure.update_yaxes(title_text="motion [µm pk-pk]", rangemode="tozero", row=row, col=1)
@@ -338,7 +405,7 @@ def envelope_figure(review: DesignReview) -> go.Figure:
     """Largest scaled motion along the shaft of every case against the clearances that are known."""
     figure = go.Figure()
     z = review.responses["z"].values * 1e3
-    steady = review.responses["major"].where(review.responses["zeta_least"] >= 0)
+    steady = steady_up_to(review.responses, review.high)["major"]
     for k, (name, scale) in enumerate(review.scales.items()):
         largest = 2 * scale * steady.sel(case=name).max("speed").values * TO_UM
         if np.isfinite(largest).any():
@@ -387,9 +454,9 @@ def _map_block(review: DesignReview) -> Block:
     if review.undamped is None:
         return Block(title, f"Not looked at: {review.no_map}")
     text = (
-        "Of the rotor on bearings of one stiffness each. Thin lines are the stiffness that the bearings have at each "
-        "speed, that of films at the frequency of the speed; horizontal: the operating speed. A critical speed lies "
-        "near each crossing."
+        "The rotor on bearings of one stiffness each, the same in x and y. Thin lines are the stiffness that the "
+        "bearings have at each speed, that of films at the frequency of the speed; horizontal: the operating speed. A "
+        "critical speed lies near each crossing."
     )
     return Block(title, text, figure=map_figure(review))
 

@@ -27,14 +27,15 @@ from rotorsim.report.page import (
     compact,
     page_of,
     phase_axes,
+    phase_lag,
     style,
 )
 from rotorsim.report.units import quantity
 
 METHOD = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
-    "What the two differ by is compared with a floor: the scatter of repeats, the declared tolerance of the model and "
-    "the proven error of its solver. First the machine's calibration was fitted anew, so that ordinary errors of "
+    "What the two differ by is compared with a floor: the scatter of the records, the declared tolerance of the model "
+    "and the proven error of its solver. First the machine's calibration was fitted anew, so that ordinary errors of "
     "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
     "operating points helped to choose; untouched records took no part in anything and are the test."
 )
@@ -89,7 +90,7 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
         Block("What to do next", d.next_step, texts=(meaning,), anchor="next",
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
-        Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of repeats.",
+        Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of the records.",
               figure=gap_by_role(d), tools=False,
               legend=[(stages.get(name, name), colour) for name, colour in stages_of(d).items()]),
     ]  # fmt: skip
@@ -112,7 +113,8 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
     yield Block(
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
-        "effect. The tick is the scatter of repeats, below which nothing can be seen.",
+        "effect. The tick is the scatter of the records, below which nothing can be seen: of periods and repeats, "
+        "of neighbouring rows of a table, or the accuracy that is stated.",
         figure=gap_bars(d),
     )
     yield _gap_table(d)
@@ -348,7 +350,7 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
             continue
         figure.add_bar(y=names, x=compact(total[order, s]), name=stage, marker_color=colour, orientation="h")
     figure.add_scatter(
-        y=names, x=compact(total[order, 3]), name="scatter of repeats", mode="markers",
+        y=names, x=compact(total[order, 3]), name="scatter", mode="markers",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": INK}},
     )  # fmt: skip
     figure = style(figure, 120 + 34 * len(names), barmode="group")
@@ -399,13 +401,15 @@ def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figu
     for stage, (name, colour) in enumerate(COLOURS.items()):
         if name != "with effect" or with_effect:
             curves.append((name, joined([p["simulated_vectors"][stage] for p in parts]), colour, "lines"))
-    middle = [np.pi / 2, np.pi / 2]
+    middle = [np.nan, np.nan]
     for name, values, colour, mode in curves:
         for c in range(len(channels)):
-            lag = np.unwrap(-np.angle(values[c]))
-            lag -= 2 * np.pi * np.round((np.median(lag) - middle[c]) / (2 * np.pi))
-            middle[c] = float(np.median(lag)) if name == "measured" else middle[c]
-            for row, y in ((1, np.abs(values[c]) * TO_UM), (2, np.degrees(lag))):
+            lag = phase_lag(values[c])
+            seen = lag[np.isfinite(lag)]
+            middle[c] = float(np.median(seen)) if name == "measured" and seen.size else middle[c]
+            if seen.size and np.isfinite(middle[c]):
+                lag -= 360 * np.round((np.median(seen) - middle[c]) / 360)
+            for row, y in ((1, np.abs(values[c]) * TO_UM), (2, lag)):
                 figure.add_scatter(
                     x=compact(speeds), y=compact(y), name=name, mode=mode, legendgroup=name,
                     showlegend=row == 1 and c == 0, marker={"color": colour, "size": 4},

@@ -7,8 +7,6 @@ of its caller or of a file, which nothing can draw again.
 """
 
 import base64
-import csv
-import io
 import json
 import re
 from collections.abc import Iterator, Sequence
@@ -21,7 +19,7 @@ import plotly.graph_objects as go
 
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
-from rotorsim.base.files import write_bytes, write_text
+from rotorsim.base.files import csv_text, write_bytes, write_text
 from rotorsim.report.browser import NO_CHROME, chrome, images
 from rotorsim.report.units import LEADING, NUMBER, PLACED, imperial, imperial_label, scaled, unit_in
 
@@ -134,16 +132,14 @@ Object = dict[str, Any]
 
 def figure_csv(figure: Object) -> str:
     """CSV of a figure, a row a point: z of maps and surfaces, as value the colour of a surface."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(HEADS)
     layout = figure["layout"]
+    rows: list[tuple[Any, ...]] = [HEADS]
     for number, trace in enumerate(figure["data"], start=1):
         labels = [label(layout, trace, letter) for letter in "xyz"]
         name = _bare(trace.get("name") or f"{trace.get('type', 'scatter')} {number}")
         for point in _points(layout, trace):
-            writer.writerow((panel(layout, trace), name, *labels, *point))
-    return text.getvalue()
+            rows.append((panel(layout, trace), name, *labels, *point))
+    return csv_text(rows)
 
 
 def _points(layout: Object, trace: Object) -> Iterator[list[str]]:

@@ -16,6 +16,7 @@ from rotorsim.machine import Machine
 from rotorsim.machine.rotor import Disc
 from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
 from rotorsim.report.page import INK, faint, style
+from rotorsim.report.units import number
 
 Box = tuple[float, float, float, float]
 """Left, right [mm], lower and upper [share of the drawing's height] edge."""
@@ -44,6 +45,7 @@ def machine_sketch(machine: Machine, marked: Sequence[tuple[str, Place]] = ()) -
     least = NARROW * (end - start)
     _bands(figure, machine, scale, marked)
     _boxes(figure, "bearing", list(_films(machine, scale)), BEARING, 0.6)
+    _boxes(figure, "thrust bearing", list(_plates(machine, scale, least)), BEARING, 0.6)
     _polygons(figure, "shaft", list(_sections(machine, scale)), SHAFT, 1.0)
     _polygons(figure, "layer", list(_layers(machine, scale)), LAYER, 1.0)
     _boxes(figure, "arm", [_arm(one, least) for one in machine.discs if one.arm], DISC, 1.0)
@@ -137,6 +139,15 @@ def _films(machine: Machine, scale: float) -> Iterator[Box]:
         left, right = (one.position - one.length / 2) * 1e3, (one.position + one.length / 2) * 1e3
         inner = _at(machine, one.position, scale) + 0.03
         yield from ((left, right, -inner - 0.2, -inner), (left, right, inner, inner + 0.2))
+
+
+def _plates(machine: Machine, scale: float, width: float) -> Iterator[Box]:
+    """Upper and lower half of the plate of every thrust bearing, at the side from which it pushes."""
+    for one in machine.thrust_bearings:
+        z, inner, outer = one.position * 1e3, one.inner_diameter / 2 * scale, one.outer_diameter / 2 * scale
+        face = z - one.sign * width
+        left, right = sorted((face, face - one.sign * width))
+        yield from ((left, right, -outer, -inner), (left, right, inner, outer))
 
 
 def _mark(machine: Machine, scale: float, place: Place, least: float) -> Box:
@@ -298,6 +309,8 @@ def side_view(machine: Machine) -> SideView:
     shapes += [
         Shape(f"bearings.{machine.film_bearings[k // 2]}", "bearing", _corners(one)) for k, one in enumerate(sleeves)
     ]
+    plates = list(_plates(machine, 1e3, least))
+    shapes += [Shape(f"thrust_bearings.{k // 2}", "bearing", _corners(one)) for k, one in enumerate(plates)]
     top = max(y for one in shapes if one.kind != "arm" for _, y in one.corners)
     planes = sorted({round(probe_plane(machine).begin, 6)}
                     | {round(p.position, 6) for p in machine.probes if p.position is not None})  # fmt: skip
@@ -354,7 +367,8 @@ def machine_drawing(machine: Machine) -> go.Figure:
     style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60), hovermode="closest", dragmode=False)
     figure.update_xaxes(title_text="position along the shaft [mm]", showgrid=False,
                         range=[start - 1.6 * room, start + length + 0.8 * room])  # fmt: skip
-    figure.update_yaxes(visible=False, scaleanchor="x", scaleratio=1, range=[low, 1.25 * top], constrain="domain")
+    figure.update_yaxes(title_text="radius [mm]", visible=False, scaleanchor="x", scaleratio=1, constrain="domain",
+                        range=[low, 1.25 * top])  # fmt: skip
     figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)
     return figure
 
@@ -369,9 +383,11 @@ def _bores(machine: Machine) -> Iterator[tuple[int, Polygon]]:
 
 
 def _pieces(machine: Machine) -> Iterator[tuple[float, float, str]]:
-    """Ends [mm] of the sections of the shaft, and their outer and inner diameters [mm] as a text."""
+    """Ends [mm] of the sections of the shaft, and their outer and inner diameters in the page's unit as a text."""
     for z, one in machine.shaft.placed:
-        outer, inner = (" to ".join(f"{d * 1e3:.4g}" for d in dict.fromkeys(ends)) for ends in (one.outer, one.inner))
+        outer, inner = (
+            " to ".join(number(d * 1e3, "mm", ".4g") for d in dict.fromkeys(ends)) for ends in (one.outer, one.inner)
+        )
         text = f"\N{DIAMETER SIGN}{outer}" + (f" / {inner}" if max(one.inner) > 0 else "")
         yield z * 1e3, (z + one.length) * 1e3, text
 
@@ -435,5 +451,7 @@ def _dimension_row(figure: go.Figure, name: str, places: Sequence[float], y: flo
     length = places[-1] - places[0]
     for left, right in pairwise(places):
         if right - left > WRITTEN * length:
-            figure.add_annotation(x=0.5 * (left + right), y=y + 8 * pixel, text=f"{right - left:.5g}", showarrow=False)
+            figure.add_annotation(
+                x=0.5 * (left + right), y=y + 8 * pixel, text=number(right - left, "mm", ".5g"), showarrow=False
+            )
     figure.add_annotation(x=places[0], y=y, text=name, showarrow=False, xanchor="right", xshift=-10)

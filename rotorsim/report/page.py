@@ -293,9 +293,16 @@ def _plain_block(block: Block) -> Plain:
 
 def cells(row: Sequence[Any], units: Sequence[str | None] = ()) -> list[str]:
     """Cells as texts, below heads with these metric units; a row of another length has none."""
-    texts = [(f"{v:.4g}" if isfinite(v) else "-") if isinstance(v, float) else str(v) for v in row]
+    texts = ["-" if v is None else _number(v) if isinstance(v, float) else str(v) for v in row]
     own = units if len(units) == len(texts) else [None] * len(texts)
     return [micrometres(in_shown_units(text, unit)) for text, unit in zip(texts, own, strict=True)]
+
+
+def _number(value: float) -> str:
+    """A number of four digits, of more where it is a whole one below a million: 22235 is no 2.224e+04."""
+    if not isfinite(value):
+        return "-"
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"
 
 
 def _figure(block: Block) -> Plain:

@@ -10,8 +10,14 @@ from rotorsim.base.units import TO_MPA, TO_RPM
 from rotorsim.report.page import INK, PIN_COLOURS, UNSAFE, Block, Page, compact, machine_entry, page_of, style
 from rotorsim.report.units import quantity
 
-COLUMNS, PANEL, BINS = 2, 230, 30
+COLUMNS = 2
+"""Columns of the distributions."""
+PANEL = 230
+"""Height [px] of a distribution."""
+BINS = 30
+"""Most bars of a distribution."""
 MOST_ROWS = 400
+"""Machines that are listed."""
 
 
 @page_of(RandomResult)
@@ -178,7 +184,7 @@ def path_figure(result: Optimisation) -> go.Figure:
             figure.add_trace(go.Scatter(x=[result.best + 1], y=[float(values[result.best])], mode="markers",
                                         marker={"symbol": "circle-open", "size": 16, "color": UNSAFE,
                                                 "line": {"width": 2}}), k, 1)  # fmt: skip
-        figure.update_yaxes(title_text=head.replace("bearings.", "").replace(" [", "<br>["), row=k, col=1)
+        figure.update_yaxes(title_text=head.replace(" [", "<br>["), row=k, col=1)
     figure.update_xaxes(title_text="step", row=len(heads) - 2, col=1)
     figure.update_layout(showlegend=False)
     return style(figure, 80 + 170 * (len(heads) - 2))

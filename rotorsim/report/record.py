@@ -32,7 +32,8 @@ POSSIBLE = ("static_gain", "hysteresis_loops", "ring_down", "response_to_force",
 MEASURED = ("orbits", "filtered_orbits", "polar", "bode", "spectra", "full_spectrum", "waterfall", "cascade",
             "centreline", "against_time")  # fmt: skip
 """Sections of a record that was measured: each is shown, or left out with the reason."""
-ADDED = ("probe_orbits", "probe_readings", "sensor_noise", "film_pressure", "film_surface")
+ADDED = ("probe_orbits", "probe_readings", "sensor_noise", "film_pressure", "film_surface",
+         "friction_curve")  # fmt: skip
 """Sections that are added if they can be made, whatever the experiment."""
 NOTES = (
     orders.CONVENTION,
@@ -42,7 +43,12 @@ NOTES = (
 """Notes of a page with orders."""
 SIMULATED = "This is a simulation. Numbers of a machine file marked calibrated were fitted; see its comments."
 NAMES = {"runup": "run-up", "coastdown": "coast-down", "prbs": "pseudo-random excitation", "impact": "impact test",
-         "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
+         "shock": "shock of the base", "controlled": "controlled run", "steady": "steady run"}  # fmt: skip
+LEAVING = {
+    "lift_off": ("lift-off", "no contact for a revolution from there"),
+    "touch_down": ("touch-down", "the first contact after a revolution without any"),
+}
+"""Words for what `rotorsim.experiments.summary.lift_off` finds, and their rules."""
 Rows = list[tuple[str, str]]
 SETTINGS = {
     "experiment": ("Experiment", "{}", 1.0),
@@ -330,7 +336,12 @@ def _contact(found: dict[str, Any]) -> str:
     if not found["samples"]:
         return "none"
     first = f"first at {found['first_time_s']:.2f} s, {found['first_rpm']:.0f} rpm"
-    return f"{found['samples']} samples, {first}"
+    more = "".join(
+        f"; {word} at {found[name]['time_s']:.3g} s, {found[name]['rpm']:.0f} rpm: {rule}"
+        for name, (word, rule) in LEAVING.items()
+        if name in found
+    )
+    return f"{found['samples']} samples, {first}{more}"
 
 
 def _flow(found: dict[str, float]) -> str:

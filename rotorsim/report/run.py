@@ -150,8 +150,8 @@ class AnalysedRun:
 
     @cached_property
     def driven(self) -> dict[str, tuple[int, ...]]:
-        """Axes along which `reference` and `disc_force` change in the record."""
-        names = [k for k in ("reference", "disc_force") if k in self.record]
+        """Axes along which reference, force on the disc and acceleration of the base change in the record."""
+        names = [k for k in ("reference", "disc_force", "base_acceleration") if k in self.record]
         moved = {k: np.zeros(2, bool) for k in names}
         for block in blocks(self.record, names) if names else ():
             for k in names:

@@ -9,6 +9,7 @@ from plotly.subplots import make_subplots
 
 from identification.records.schema import PINS
 from rotorsim.base.units import TO_RPM, TO_UM
+from rotorsim.experiments.summary import lift_off
 from rotorsim.report.film import feed_word
 from rotorsim.report.page import AXIS_COLOURS, NEUTRAL, PIN_COLOURS, compact, curve, faint, style
 from rotorsim.report.run import AnalysedRun, end_of_run, need_time, record_section
@@ -31,12 +32,15 @@ PANELS = {
     "contact": ("contact<br>[% of time]", 100.0),
     "reference": ("reference<br>[V]", 1.0),
     "disc_force": ("force<br>[N]", 1.0),
+    "base_acceleration": ("base<br>[m/s²]", 1.0),
     "pin": ("pins<br>[µm]", TO_UM),
     "pin_measured": ("pins<br>[µm]", TO_UM),
 }
 """Label of the axis of each variable, and the factor from SI."""
 OVERVIEW = tuple(PANELS)[:10]
 """Variables of the overview in order."""
+DRIVING = ("reference", "disc_force", "base_acceleration")
+"""Variables that are held during a sample."""
 BY_BEARING = {"film_thickness": "h_min", "film_flow": "mass_flow"}
 """Variables of each of several films, and those of all that they stand for."""
 BANDS = "Bands span least to largest values."
@@ -202,7 +206,7 @@ def excitation(run: AnalysedRun, _: None) -> go.Figure:
 def _excitation_panels(run: AnalysedRun) -> dict[str, list[PanelLine]]:
     """Lines per panel of what the record holds and what moves."""
     shown: dict[str, list[PanelLine]] = {}
-    for name in ("reference", "disc_force"):
+    for name in DRIVING:
         if name in run.driven:
             shown[name] = [PanelLine(name, k, axis, AXIS_COLOURS[axis]) for k, axis in enumerate("xy")]
     for name in [one for one in PINS if one in run.record] if "reference" in run.driven else ():
@@ -219,7 +223,7 @@ def _excitation_panels(run: AnalysedRun) -> dict[str, list[PanelLine]]:
 def _samples(run: AnalysedRun, line: PanelLine, scale: float, stretch: slice, legend: bool) -> go.Scatter:
     part = run.record[line.variable].isel(time=stretch)
     values = np.asarray(part.values[:, line.column], float) * scale
-    held = line.variable in ("reference", "disc_force")
+    held = line.variable in DRIVING
     colour = faint(line.colour, 0.4) if line.faint else line.colour
     return go.Scatter(
         x=compact(run.record["time"].isel(time=stretch).values, 7), y=compact(values), mode="lines", name=line.name,
@@ -264,6 +268,46 @@ def probe_readings(run: AnalysedRun, _: None) -> go.Figure:
     figure.update_xaxes(range=run.time_reach)
     figure.update_xaxes(title_text="time [s]", row=len(known), col=1)
     return style(figure, 90 + 125 * len(known), showlegend=False)
+
+
+def _friction(run: AnalysedRun) -> dict[str, blocks.Envelope]:
+    blocks.need("friction_torque" in run.record, "The record holds no torque of friction.")
+    blocks.need(run.swept, "The speed hardly changes.")
+    return blocks.envelopes(run.record, ["speed", "friction_torque"])
+
+
+def friction_caption(run: AnalysedRun, found: dict[str, blocks.Envelope]) -> str:
+    """The torque at both ends, and where the shaft leaves its sleeves."""
+    speed, torque = found["speed"].mean, found["friction_torque"].mean
+    ends = (f"{quantity(1e3 * torque[k], 'mN m')} at {speed[k] * TO_RPM:.0f} rpm" for k in (0, -1))
+    marks = (f"{name.replace('_', '-')} at {one['rpm']:.0f} rpm" for name, one in lift_off(run.record).items())
+    return f"Mean torque {', '.join((*ends, *marks))}. {BANDS}"
+
+
+@record_section("Friction torque over speed", _friction, friction_caption)
+def friction_curve(run: AnalysedRun, found: dict[str, blocks.Envelope]) -> go.Figure:
+    """Torque [mN m] of friction in films and contacts over the speed [rpm], with lift-off and touch-down.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> up = rs.experiments.runup("rigid_rotor_self_acting", 0.0, 200.0, 1000.0)
+    >>> figure = rs.report.friction_curve(up)
+    """
+    speed, torque = found["speed"].mean * TO_RPM, found["friction_torque"]
+    figure = go.Figure()
+    for values, fill in ((torque.least, None), (torque.most, "tonexty")):
+        line = {"color": faint(NEUTRAL), "width": 0.5}
+        figure.add_scatter(x=compact(speed), y=compact(1e3 * values), mode="lines", line=line, fill=fill,
+                           fillcolor=faint(NEUTRAL), showlegend=False, hoverinfo="skip")  # fmt: skip
+    hover = "%{y:.4g} mN m at %{x:.0f} rpm<extra></extra>"
+    figure.add_trace(curve(speed, 1e3 * torque.mean, NEUTRAL, width=2, showlegend=False, hovertemplate=hover))
+    for name, one in lift_off(run.record).items():
+        figure.add_vline(one["rpm"], line={"color": CONTACT_COLOUR, "dash": "dash", "width": 1},
+                         annotation={"text": name.replace("_", "-"), "font": {"color": CONTACT_COLOUR}})  # fmt: skip
+    figure.update_yaxes(title_text="friction torque [mN m]", rangemode="tozero")
+    figure.update_xaxes(title_text="speed [rpm]", rangemode="tozero")
+    return style(figure, 380)
 
 
 def deceleration_caption(run: AnalysedRun, found: Deceleration) -> str:

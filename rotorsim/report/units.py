@@ -36,6 +36,7 @@ IMPERIAL: dict[str, tuple[str, float]] = {
     "mg/s": ("lb/h", 1e-6 * 3600 / 0.45359237),
     "Nl/min": ("scfm", 1 / _SCF),
     "normal litres per minute": ("standard cubic feet per minute", 1 / _SCF),
+    "kg": ("lb", 1 / 0.45359237),
     "g mm": ("oz in", 1e-6 / (_OUNCE * _INCH)),
     "g": ("oz", 1e-3 / _OUNCE),
 }

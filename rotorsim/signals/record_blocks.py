@@ -57,6 +57,8 @@ def open_record(path: str | Path) -> xr.Dataset:
     >>> rs.open_record("run.nc")["disc"].sel(axis="x").sizes["time"] > 0
     True
     """
+    if not Path(path).exists():
+        raise DataError(f"{path}: is not there; give the path of a record or result")
     try:
         if wrong := check_hdf5(Path(path)):
             raise DataError(f"{path}: {wrong}")

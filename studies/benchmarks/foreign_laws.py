@@ -378,40 +378,44 @@ def machine_of_laws() -> Machine:
     return Machine.from_text(re.sub(r"\[effects\.gravity\]\n.*\n", "", machine_text()))
 
 
+KINDS = {"broadband": "broadband force", "line": "line", "drift": "drift", "moving unbalance": "drift"}
+"""Kind of what does not repeat, by the name of a law."""
+
+
 def judged(case: LawCase, found: Any) -> dict[str, Any]:
     """Outcome of a verdict with place, form, relative error of the size and share of the gap gone.
 
-    Of two laws the found terms may be those of either one that acts at the place, or of both.
+    Of two laws the found terms may be those of either one, or of both, each at its place.
     """
     out: dict[str, Any] = {"status": found.status, "gap": None if not found.discovered else reduction(found.gap)}
-    stochastic = case.law.kind == "stochastic"
     if found.status == "discovered":
-        law, places = found.discovered, [place_of(one) for one in case.acting]
-        here = [one for one in case.acting if place_of(one) == law.place] or case.acting
-        right = {kind: one for one in here for kind in RIGHT_TERMS.get(one.law.kind, ())}
-        out |= {"place": law.place in places, "near": any(place in " ".join(law.near) for place in places),
-                "form": set(law.kinds) <= set(right), "kinds": list(law.kinds)}  # fmt: skip
-        sizes = [
-            (v, right.get(kind, case))
-            for kind in law.kinds
-            for key, (v, _) in law.terms.items()
-            if re.fullmatch(rf"{kind.replace(' ', '_')}(_1)?(_[xy])?", key)
-        ]
-        out["error"] = max(abs(size_of(one, v) - 1) for v, one in sizes) if out["form"] else None
-        outcome = (
-            "right"
-            if len(case.acting) == len({right[kind].law.name for kind in law.kinds if kind in right})
-            else "right, one of two"
-        )
-        out["outcome"] = "WRONG law" if not out["form"] else outcome if out["place"] else "WRONG place"
+        out |= judged_law(case, found.discovered)
     elif found.status == "stochastic":
-        out |= {"place": found.stochastic.place == place_of(case), "near": place_of(case) in found.stochastic.others}
-        out["outcome"] = "right" if stochastic else "WRONG stochastic"
+        force, kind = found.stochastic, KINDS.get(case.law.name)
+        out |= {"place": force.place == place_of(case), "near": place_of(case) in force.others}
+        out["outcome"] = "WRONG stochastic" if kind is None else "right" if force.kind == kind else "WRONG kind"
     elif found.status in ("named", "tie"):
         out["outcome"] = "WRONG name"
     else:
         out["outcome"] = "silent" if found.status in ("unknown", "partial") else found.status
     return out
+
+
+def judged_law(case: LawCase, law: Any) -> dict[str, Any]:
+    """Place, form, error and outcome of a discovered law."""
+    right = {kind: one for one in case.acting for kind in RIGHT_TERMS.get(one.law.kind, ())}
+    at = [place for place, _ in law.places] or [law.place] * len(law.kinds)
+    there = [place == place_of(right[kind]) if kind in right else place in map(place_of, case.acting)
+             for kind, place in zip(law.kinds, at, strict=True)]  # fmt: skip
+    out = {"place": all(there), "near": any(place_of(one) in " ".join(law.near) for one in case.acting),
+           "form": set(law.kinds) <= set(right), "kinds": list(law.kinds), "error": None}  # fmt: skip
+    if not out["form"]:
+        return out | {"outcome": "WRONG law"}
+    sizes = [size_of(right[kind], v) for kind in law.kinds for key, (v, _) in law.terms.items()
+             if re.fullmatch(rf"{kind.replace(' ', '_')}(_1)?(_[xy])?", key)]  # fmt: skip
+    every = len(case.acting) == len({right[kind].law.name for kind in law.kinds})
+    outcome = ("right" if every else "right, one of two") if out["place"] else "WRONG place"
+    return out | {"error": max(abs(size - 1) for size in sizes), "outcome": outcome}
 
 
 def place_of(case: LawCase) -> str:

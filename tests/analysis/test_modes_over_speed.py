@@ -294,3 +294,76 @@ def test_the_factors_of_a_film_are_those_of_its_whole_matrix(number):
     apart = np.array(logs) - logs[0]
     assert np.abs(apart.real).max() < 1e-6
     assert np.abs(np.exp(2 * apart) - 1).max() < 1e-6
+
+
+SPRING = 4e6
+"""Stiffness of each bearing at rest [N/m]."""
+FREQUENCIES = 2 * np.pi * np.union1d(np.geomspace(0.5, 400.0, 60), np.linspace(40.0, 47.0, 300))
+"""Whirl frequencies [rad/s] of its table, dense about the first pair of modes."""
+
+
+def on_maxwell(k1: float, tau: float):
+    """The shipped rotor on springs with a Maxwell element each, k1 s tau / (1 + s tau), as tables over the whirl."""
+    machine = rs.load_machine("plain_rotor")
+    wt = (FREQUENCIES * tau) ** 2
+    K, C = SPRING + k1 * wt / (1 + wt), k1 * tau / (1 + wt)
+    points = [
+        {"speed": "0 rpm", "whirl_frequency": f"{w} rad/s", "kxx": f"{k} N/m", "cxx": f"{c} N*s/m"}
+        for w, k, c in zip(FREQUENCIES, K, C, strict=True)
+    ]
+    tables = [
+        rs.machine.TableBearing(kind="table", position=f"{b.position} m", points=points) for b in machine.bearings
+    ]
+    changes = {f"bearings.{k}": one for k, one in enumerate(tables)} | {"shaft.damping_ratio": 0.0}
+    return Plant(machine.with_(changes))
+
+
+def augmented(plant, speed: float, k1: float, tau: float) -> np.ndarray:
+    """Eigenvalues of the rotor with a state for the force of each Maxwell element: f + tau f' = k1 tau v."""
+    model, mesh = plant.linearise(speed, 0.0), plant.assembly.mesh
+    rotor, m = model.rotor, len(model.rotor.stiffness)
+    rows = np.vstack([mesh.between(k) for k in mesh.whirling])
+    K, C = rotor.stiffness.copy(), rotor.damping.copy()
+    for k, table in mesh.whirling.items():
+        own = mesh.between(k)
+        (held, lost), spring = table.at(speed), SPRING * np.eye(2)
+        K, C = K + own.T @ (spring - held) @ own, C - own.T @ lost @ own
+    eye, none = np.eye(m), np.zeros((m, len(rows)))
+    A = np.block([[0 * eye, eye, none], [-K, -C, -rows.T], [none.T, k1 * rows, -np.eye(len(rows)) / tau]])
+    s = np.linalg.eigvals(A)
+    return s[s.imag > 1e-6 * np.abs(s)]
+
+
+def test_modes_on_maxwell_elements_are_those_of_the_augmented_system_to_second_order_in_their_damping():
+    """The first pair at 250 rad/s of a shaft without damping, damped by .2 % at most: coefficients of a steady whirl
+    hold for one that decays up to zeta^2, times a number near 1."""
+    errors, damping = [], []
+    for k1 in (0.8e6, 0.4e6, 0.2e6):
+        plant = on_maxwell(k1, 5e-3)
+        found = rs.analysis.campbell(plant, [0.0, 250.0], modes=2).isel(speed=1)
+        exact, zeta = augmented(plant, 250.0, k1, 5e-3), found["zeta"].values
+        own = found["wn"].values * (-zeta + 1j * np.sqrt(1 - zeta**2))
+        errors.append([np.abs(exact - s).min() / abs(s) for s in own])
+        damping.append(zeta)
+    orders = np.diff(np.log(errors), axis=0) / np.diff(np.log(damping), axis=0)
+    assert orders == pytest.approx(2.0, abs=0.02)
+    assert np.max(errors / np.square(damping)) < 2.0 and np.max(damping) < 2e-3
+
+
+def test_a_table_over_the_whirl_frequency_has_the_critical_speeds_and_the_response_of_its_synchronous_one():
+    """At 1X both are the same machine: K(w) and C(w) at w = the speed are a table over the speed."""
+    plant = on_maxwell(1.6e6, 5e-3)
+    (table, *_) = plant.assembly.mesh.whirling.values()
+    points = [
+        {"speed": f"{v} rad/s", "kxx": f"{K[0, 0]} N/m", "cxx": f"{C[0, 0]} N*s/m"}
+        for v, (K, C) in ((v, table.at(v)) for v in table.speeds)
+    ]
+    same = [
+        rs.machine.TableBearing(kind="table", position=f"{b.position} m", points=points) for b in plant.machine.bearings
+    ]
+    other = Plant(plant.machine.with_({f"bearings.{k}": one for k, one in enumerate(same)}))
+    speeds = np.linspace(100.0, 400.0, 5)
+    a, b = (rs.analysis.unbalance_response(one, speeds, 0.0)["major"].values for one in (plant, other))
+    assert a == pytest.approx(b, rel=1e-9)
+    a, b = (rs.analysis.critical_speeds(one, [0.0], (1,), 400.0)["critical_speed"].values for one in (plant, other))
+    assert a == pytest.approx(b, rel=1e-9, nan_ok=True) and np.isfinite(a).any()

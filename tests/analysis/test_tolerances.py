@@ -143,6 +143,19 @@ def test_a_best_value_at_a_bound_is_the_bound_and_limits_that_nothing_keeps_leav
     assert found.best is None and found.machine == {}
 
 
+@pytest.mark.parametrize(("name", "there"), [("critical_1", True), ("critical_9", False), ("onset", False)])
+def test_a_limit_of_a_quantity_that_is_not_there_is_refused_by_its_name(rotor, name, there):
+    def run():
+        return random_machines(rotor, MASS, 2, "criticals", [f"{name} > 3 rpm"], highest="4000 rpm")
+
+    if there:
+        assert run().requirements[0].quantity == name
+        return
+    with pytest.raises(rs.errors.DataError) as refused:
+        run()
+    assert name in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("over", "objective"),
     [

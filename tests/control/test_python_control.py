@@ -86,6 +86,50 @@ def test_a_law_does_what_the_system_it_is_made_of_does():
     np.testing.assert_allclose([law.step(one, W, P) for one in y.T], expected.T, rtol=1e-9, atol=1e-12)
 
 
+def test_systems_over_a_grid_become_a_scheduled_law():
+    points = [(w, p) for w in (0.0, 300.0) for p in (3e5, 5e5, 7e5)]
+    systems = {point: (1.0 + point[0] / 300.0 + point[1] / 1e6) * feedback() for point in reversed(points)}
+    law = rs.Law.from_control(systems, average=0, fade=0, limit=3.0)
+    assert law.speeds.tolist() == [0.0, 300.0] and law.pressures.tolist() == [3e5, 5e5, 7e5] and law.limit == 3.0
+    for point, system in systems.items():
+        one = rs.Law.from_control(system)
+        for found, wanted in zip(law.at(*point), one.at(0.0, 0.0), strict=True):
+            np.testing.assert_array_equal(found, wanted)
+    z = np.exp(0.1j)  # the gain alone is scheduled, and linear in both, so what is between is exact
+    np.testing.assert_allclose(law.to_control(75.0, 4e5)(z), (1.25 + 0.4) * feedback()(z), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "systems, value",
+    [
+        ({}, None),
+        ({(0.0, 3e5): feedback(), (300.0, 5e5): feedback()}, (0.0, 5e5)),
+        ({(0.0, 3e5): feedback(), (300.0, 3e5): control.ss([], [], [], np.eye(2), TS)}, (300.0, 3e5)),
+    ],
+)
+def test_systems_that_make_no_table_are_refused(systems, value):
+    with pytest.raises(rs.errors.LawError) as refused:
+        rs.Law.from_control(systems)
+    assert (refused.value.argument, refused.value.value) == ("system", value)
+
+
+def test_an_unstable_law_is_a_warning_also_between_the_points_of_its_table(tmp_path, recwarn):
+    def system(A):
+        return control.ss(A, 1e5 * np.eye(2), np.eye(2), 0, TS)
+
+    stable = [[[0.5, 3.0], [0.0, 0.5]], [[0.5, 0.0], [3.0, 0.5]]]  # half way: eigenvalues 2 and -1
+    both = dict(zip(((0.0, 3e5), (300.0, 3e5)), map(system, stable), strict=True))
+    rs.Law.from_control(system(np.eye(2)))  # integrators
+    rs.Law.from_control(both[0.0, 3e5])
+    assert not recwarn.list
+    with pytest.warns(rs.errors.UnstableLaw):
+        rs.Law.from_control(system(1.001 * np.eye(2))).save(tmp_path / "law.mat")
+    with pytest.warns(rs.errors.UnstableLaw):
+        rs.load_law(tmp_path / "law.mat")
+    with pytest.warns(rs.errors.UnstableLaw):
+        rs.Law.from_control(both)
+
+
 def test_a_continuous_system_is_sampled_by_tustins_rule_where_a_period_is_given():
     continuous = control.append(control.tf2ss(lag()), control.tf2ss(lag()))
     law, own = rs.Law.from_control(continuous, Ts=TS), feedback()

@@ -20,8 +20,16 @@ from rotorsim.discrepancy.calibration import (
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.fit import KEY, ParameterFit, _with_far, far_places, fit_parameters, relinearised
 from rotorsim.discrepancy.gap import virtual_readings
-from rotorsim.discrepancy.mistakes import _mistakes, _with_mistake, check_alternatives, check_late, check_probes
+from rotorsim.discrepancy.mistakes import (
+    _mistakes,
+    _with_mistake,
+    check_alternatives,
+    check_late,
+    check_probes,
+    check_speed_unit,
+)
 from rotorsim.discrepancy.records import make_trials
+from rotorsim.discrepancy.run_ups import empty_sweep, ramp
 from rotorsim.discrepancy.trial import delayed
 from rotorsim.machine import load_machine
 
@@ -31,6 +39,29 @@ OFF = ParameterPoint({FitParameter(f"bearing.{i}.k{a}", 0.1): v for (i, a), v in
                       {(0, "x"): -0.2, (0, "y"): 0.15, (1, "x"): 0.1, (1, "y"): -0.1}.items()}
                      | {FitParameter("unbalance.0.me~phase.s", 1e-6): 2e-5})  # fmt: skip
 """Supports that are 10 to 20 % off, and another unbalance."""
+
+
+@pytest.mark.parametrize(
+    ("factor", "what"), [(1.0, ""), (1 / 60, "Hz taken for rpm"), (1 / (2 * np.pi), "Hz taken for rad/s")]
+)
+def test_a_resonance_at_speeds_of_another_unit_is_asked_for(models, factor, what):
+    """A run-up through the resonance of supports a quarter stiffer, with speeds as they are or by another unit."""
+    speeds = 2 * np.pi * np.arange(10.0, 90.0, 1.0)
+    swept = replace(empty_sweep(speeds, 0.0), rows=ramp(speeds, 60.0, 0.0))
+    swept = replace(swept, length=len(swept.rows))
+    stiffer = {FitParameter(f"bearing.{i}.k{a}", 0.1): 0.2 for i in (0, 1) for a in "xy"}
+    lines = TwinComparison(models.twin, [swept], 1)
+    lines = lines.lines_of(0, lines.predict(ParameterPoint(stiffer)))
+    read = replace(swept, speeds=factor * speeds, rows=ramp(factor * speeds, 60.0, 0.0))
+    read = replace(read, length=len(read.rows), spectra=np.concatenate([np.zeros((2, 1)), lines], axis=1)[None])
+    comparison = TwinComparison(models.twin, [read], 1)
+    simulated = comparison.predict(ParameterPoint())
+    if what:
+        with pytest.raises(DataError, match=what) as error:
+            check_speed_unit(comparison, simulated)
+        assert error.value.argument == "speed" and error.value.value < factor * speeds[-1]
+    else:
+        check_speed_unit(comparison, simulated)
 
 
 @pytest.fixture(scope="module")

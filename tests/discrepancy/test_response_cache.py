@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorsim.base.cache import Cache
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, other_law
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison, simulate
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
@@ -12,6 +12,7 @@ from rotorsim.discrepancy.records import make_trial
 from rotorsim.discrepancy.trial import trial_of
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
 
 
 def test_a_response_is_computed_once_for_every_place(machine, models, tmp_path):
@@ -81,6 +82,17 @@ def test_candidates_that_are_off_take_no_part_in_a_run_and_change_no_bit(models,
     rows = made.trials[0].rows[:600]
     for one in (values, {}):
         np.testing.assert_array_equal(models.twin.run(one, rows, 0.0), models.twin.lean(one).run(one, rows, 0.0))
+
+
+def test_twins_of_one_grid_share_their_machine_code():
+    """A pedestal adds coordinates, slip a flow: what few candidates leave of both is the machine code of all."""
+    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4))
+    few, (law, _) = twin.lean({"shaft_bow.0.bow": 1e-6}), other_law(twin)
+    assert len(few.slots) < len(twin.slots) and len(law.slots) < len(twin.slots)
+    modules = {one.assembly.module.run.__module__ for one in (twin, few, law)}
+    assert len(modules) == 1
+    plain = Plant("dtu_gas_bearing", n_theta=16, n_z=4).assembly
+    assert plain.module.newton is twin.assembly.module.newton and plain.rotor.n < twin.assembly.rotor.n
 
 
 @pytest.mark.slow

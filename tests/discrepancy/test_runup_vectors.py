@@ -38,6 +38,19 @@ def test_orders_of_a_sweep_come_out_with_its_rate(falling, turns):
     np.testing.assert_allclose(one[:, 1, 1], 1e-6 * np.exp(1j), atol=2e-9)
 
 
+@pytest.mark.parametrize(("factor", "fits"), [(1.0, True), (1.05, True), (1 / 60, False), (2.0, False)])
+def test_a_speed_that_is_not_that_of_the_angle_is_refused(factor, fits):
+    """A speed channel next to the angle: the same, 5 % off in its mean, in Hz said to be rpm, and twice as fast."""
+    record = sweep()
+    record = record.assign(speed_measured=("time", factor * np.gradient(record["angle"].values, record["time"].values)))
+    if fits:
+        assert runup_vectors(record).sizes["speed"] > 3
+    else:
+        with pytest.raises(DataError) as error:
+            runup_vectors(record)
+        assert error.value.argument == "speed" and ("Hz taken for rpm" in str(error.value)) == (factor < 1)
+
+
 def test_a_slow_sweep_keeps_its_rows_and_a_rest_before_it_is_left_out():
     """Each single revolution gains 0.03 % at the top; two seconds of rest have no row."""
     t = np.arange(22 * 2000) / 2000

@@ -9,7 +9,7 @@ import pytest
 from identification import make_record
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
-from rotorsim.discrepancy.data_vector import own_scatter
+from rotorsim.discrepancy.data_vector import own_scatter, scatter_of_repeats
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
 from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
 from rotorsim.discrepancy.judge import (
@@ -26,7 +26,7 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.records import make_trial
-from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes
+from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes, with_more
 from rotorsim.machine import load_machine
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
@@ -131,6 +131,29 @@ def test_an_accuracy_below_the_scatter_of_a_record_is_named():
     (note,) = accuracy_notes(scatter / 5, found, [group(1.0)])
     assert f"{1e6 * found:.2g} um, which counts" in note
     assert not accuracy_notes(scatter, found, [group(1.0)])
+
+
+def test_an_accuracy_is_too_coarse_by_the_order_that_leaves_most_in_all_records():
+    """One line of .1 um among twenty of .01 um: an accuracy of .5 um is ten times what 1X leaves, one of .1 um is not.
+
+    Twenty quiet lines at 2X do not count against what 1X leaves.
+    """
+    lines = [group(0.2 if i else 2.0) for i in range(20)]
+    quiet = [replace(one, group="2X", rms=1e-9) for one in lines]
+    assert accuracy_notes(5e-7, 3e-9, [*lines, *quiet]) and not accuracy_notes(1e-7, 3e-9, [*lines, *quiet])
+
+
+def test_the_scatter_of_repeats_is_that_of_their_loudest_line():
+    """Amplitudes with a standard deviation of s in a real part, whatever the blocks scatter by."""
+    rng, s, trials = np.random.default_rng(6), 2e-7, []
+    own = {"orders": (), "rows": np.zeros((9, 6)), "start": 0, "length": 9, "speed": 100.0, "pressure": 0.0,
+           "changes": {}, "probe_angle": None, "channels": ("x", "y")}  # fmt: skip
+    for _ in range(12):
+        lines = np.zeros((1, 2, 6), complex)
+        lines[0, :, 2] = 5e-6 + s * (rng.standard_normal(2) + 1j * rng.standard_normal(2))
+        trials.append(SimpleNamespace(**own, spectra=lines))
+    assert scatter_of_repeats(trials) == pytest.approx(s, rel=0.3)
+    assert scatter_of_repeats(trials[:2]) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -267,6 +290,37 @@ def test_no_disagreement_needs_more_than_an_even_chance_that_nothing_is_missing(
     assert (
         judged(AllEvidence(QUIET, odds((COUPLING, 0.4), nothing=0.6), left=(group(4.9),))).verdict.status == "unknown"
     )
+
+
+@pytest.mark.parametrize("more", [{"together": "all"}, {"growing": "1X grows"}, {"late": "the probes are late"}])
+def test_odds_without_a_flagged_line_state_how_often_such_a_verdict_is_met(more):
+    """All records refute nothing missing: .05 of .40 + .15 of .55 + .05, whatever odds the lines alone give.
+
+    Late probes refute nothing: the odds stay.
+    """
+    given = odds((COUPLING, 0.06), nothing=0.9, beyond=0.04)
+    found = judged(AllEvidence(QUIET, given, flagged=False, **more))
+    assert found.verdict.status == "unknown" and found.reason == next(iter(more.values()))
+    wanted = np.array([0.4 * 0.05, 0.55 * 0.15, 0.05])
+    wanted = np.array([0.9, 0.06, 0.04]) if "late" in more else wanted / wanted.sum()
+    assert [certain(found)[()], certain(found)[COUPLING]] == pytest.approx(wanted[:2], abs=1e-3)
+    assert sum(e.probability for e in found.odds if e.beyond) == pytest.approx(wanted[2], abs=1e-3)
+
+
+@pytest.mark.parametrize(("more", "status"), [({}, "tie"), ({"growing": "1X grows"}, "unknown")])
+def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone_does_not_stand(more, status):
+    """A gain of a probe lowers the sum of squares by 60, which is no name; a motion that grows is not its work."""
+    one, given = fitted(COUPLING), odds((COUPLING, 0.6), nothing=0.3, beyond=0.1)
+    found = judged(AllEvidence(QUIET, given, frozenset(KNOWN), flagged=False, faint=(one,), **more))
+    assert found.verdict.status == status and (found.verdict.best is one) == (status == "tie")
+    assert judged(AllEvidence(QUIET, GOOD, frozenset(KNOWN), flagged=False, faint=(one,))).verdict.best is None
+
+
+def test_more_points_count_in_odds_to_the_same_power():
+    """A fall of 8 at other points is a factor e of the likelihood to the power 1/4."""
+    found = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 8.0})
+    by = {e.effects: e.probability for e in found if not e.beyond}
+    assert by[COUPLING] / by[()] == pytest.approx(np.e)
 
 
 @pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])

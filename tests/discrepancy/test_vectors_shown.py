@@ -70,6 +70,17 @@ def test_the_equivalent_force_of_vectors_is_that_which_made_them(twin):
     assert found["growth"]["speed"] == pytest.approx(2.0, abs=1e-6)
 
 
+def test_phases_that_mean_nothing_stay_within_a_turn():
+    """Vectors of noise: unwrapped, their phases would run over many turns."""
+    rng = np.random.default_rng(2)
+    noise = rng.standard_normal((2, 1, 400)) + 1j * rng.standard_normal((2, 1, 400))
+    part = {"channels": ("x", "y"), "speeds": np.linspace(50.0, 300.0, 400), "measured_vectors": noise,
+            "simulated_vectors": [noise[:, ::-1, ::-1], noise]}  # fmt: skip
+    lags = [np.asarray(trace.y, float) for trace in bode([part], 0, False).data[1::2]]
+    assert all(np.nanmin(lag) >= -450 and np.nanmax(lag) <= 450 and np.nanmax(lag) - np.nanmin(lag) < 400
+               for lag in lags)  # fmt: skip
+
+
 def test_a_bode_plot_holds_what_was_measured_and_what_was_simulated(twin):
     """Amplitude and lag of all rows, by rising speed; the residual taken off the measured is the simulation."""
     vectors = np.zeros((len(SPEEDS), 2, 2), complex)

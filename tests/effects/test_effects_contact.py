@@ -87,7 +87,8 @@ def test_a_hard_hit_touches_rebounds_and_settles(rig, held, n_z, force):
 def test_a_step_near_contact_is_as_small_as_its_error_asks(rig, held, angle):
     """2 ms of 500 N and what follows for 6 ms, steps of .2 ms against 5 us.
 
-    The journal is .23 to .36 um off on the mean; whole steps were 1.8 to 2.5 um off.
+    The journal is .04 to .12 um off on the mean; whole steps were 1.8 to 2.5 um off, and .23 to .36 where only the
+    step at whose pace it meets its sleeve is parted, not the blow's first one.
     """
     inputs = held(50, 300.0, 0.5e6)
     inputs[10:20, 4:] = 500.0 * np.cos(angle), 500.0 * np.sin(angle)
@@ -98,7 +99,7 @@ def test_a_step_near_contact_is_as_small_as_its_error_asks(rig, held, angle):
 
     exact, _ = run(5e-6)
     journal, parts = run(2e-4)
-    assert np.hypot(*(journal - exact).T)[10:].mean() < 0.5e-6
+    assert np.hypot(*(journal - exact).T)[10:].mean() < 0.2e-6
     assert 0 < parts < 64 * 40
 
 

@@ -5,7 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
+import rotorsim as rs
+from rotorsim.base.errors import MachineFileError
 from rotorsim.effects.rotor.asymmetric_shaft import AsymmetricShaft
 from rotorsim.effects.rotor.ball_bearing import ball_bearing
 from rotorsim.effects.rotor.crack import Crack
@@ -23,7 +26,7 @@ WEIGHTLESS = {"effects.gravity.acceleration": "0 m/s^2"}
 @pytest.fixture
 def rotor(neutral):
     """Return the builder of the plain rotor with every effect in it, the weight switched off."""
-    return lambda values=None: neutral(DAMPED | WEIGHTLESS | dict(values or {}), name="plain_rotor")
+    return lambda values=None, **more: neutral(DAMPED | WEIGHTLESS | dict(values or {}), name="plain_rotor", **more)
 
 
 def orders(plant, held, hertz, highest=4, settle=1.0):
@@ -352,7 +355,40 @@ def test_a_softer_ball_bearing_lowers_the_rigs_frequency_as_a_softer_one_in_the_
         assert soft - first() == pytest.approx(known, abs=0.25)
 
 
+def lost_blade(rotor, held, dt):
+    """Disc of a run in which 40 g mm appear at 25 Hz after 50 ms, and the exact one, both from the equilibrium."""
+    values = {"me": "40 g*mm", "phase": "70 deg", "time": "50 ms", "position": "150 mm"}
+    plant = rotor({f"effects.sudden_unbalance.{key}": value for key, value in values.items()}, dt=dt)
+    omega, after = 25 * HZ, SAMPLE * np.arange(250)
+    disc = plant.start(omega).advance(held(500, omega, 0.0))[:, :2]
+    linear, shape = plant.linearise(omega), plant.assembly.mesh.shape(0.15)
+    n = shape.shape[1]
+    force = 40e-6 * omega**2 * np.exp(1j * (np.radians(70) + 50e-3 * omega)) * np.array([1, -1j])
+    there = np.linalg.solve(1j * omega * np.eye(2 * n) - linear.A, np.concatenate([np.zeros(n), force @ shape]))
+    free = np.array([expm(linear.A * t) @ there.real for t in after])
+    exact = (np.exp(1j * omega * after)[:, None] * there).real - free
+    return disc - disc[0], np.concatenate([np.zeros((250, 2)), exact @ linear.C.T])
+
+
+def test_a_lost_blade_shakes_a_rotor_as_the_matrix_exponential_says(rotor, held):
+    """Step of the unbalance: of second order, and nothing before the instant; an instant half a step off is 1e-2."""
+    errors = []
+    for dt in (2e-4, 1e-4, 5e-5):
+        disc, exact = lost_blade(rotor, held, dt)
+        assert not disc[:251].any() and disc[251].any()
+        errors.append(np.abs(disc - exact).max() / np.abs(exact).max())
+    assert errors[-1] < 1e-3
+    assert np.log2(np.divide(errors[:-1], errors[1:])).min() > 1.8
+
+
+def test_the_instant_of_a_loss_is_a_sample():
+    machine = rs.load_machine("plain_rotor")
+    with pytest.raises(MachineFileError, match=r"^effects\.sudden_unbalance\.time: '50 us'"):
+        machine.with_({"effects.sudden_unbalance": {"me": "40 g*mm", "time": "0.05 ms"}})
+
+
 SIGNATURES = {
+    "sudden_unbalance": test_a_lost_blade_shakes_a_rotor_as_the_matrix_exponential_says,
     "unbalance": test_unbalances_in_two_planes_add_up_to_the_linear_answer_of_both,
     "shaft_bow": test_far_below_the_critical_speed_the_shaft_turns_in_its_bow,
     "coupling": test_a_misaligned_coupling_shakes_at_two_and_three_times_the_speed,

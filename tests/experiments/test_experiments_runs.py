@@ -27,6 +27,7 @@ SHORT = [
     ex.Chirp(100.0, P, 0.5, 10.0, 200.0, 0.3),
     ex.Multisine(100.0, P, 0.5, 10.0, 200.0, 0.1, 3),
     ex.Impact(100.0, P, 5.0, hits=2, spacing=0.1),
+    ex.Shock(100.0, P, 20.0, lead=0.02, rest=0.1),
     ex.Controlled(
         100.0, P, 0.2, 0.1, 0.0, ex.ProportionalLaw(), (ex.Prbs(amplitude=0.2, bias=0.0), ex.Impact(lead=0.05))
     ),

@@ -22,6 +22,8 @@ KINDS = [
     ex.Multisine(period=0.5, periods=5, bias=0.1),
     ex.Multisine(period=0.5, periods=5, bias=0.1, axis="y", mean_x=2.0, mean_y=-1.0),
     ex.Impact(hits=7, spacing=0.3, jitter=0.01, scatter=0.2),
+    ex.Shock(width=3.3e-3, lead=0.1, rest=1.0),
+    ex.Shock(history=[[0.0, 0.0, 0.0], [1.1e-3, 5.0, -2.0], [0.9, 1.0, 0.0]], rest=0.0),
     ex.Controlled(
         duration=3.0, bias_x=0.3, controller=ex.ProportionalLaw(), excitations=(ex.Prbs(duration=1.0), ex.Impact())
     ),

@@ -1,12 +1,16 @@
-"""Published examples: Friswell et al. (2010), section 5.9, and Nelson & McVaugh (1976).
+"""Published examples: Friswell et al. (2010), 5.9 and 6.9, Nelson & McVaugh (1976), Ward (1913), the program RAPPID.
 
 Nelson & McVaugh's tables stand in ANSYS' verification manual too, as VM247 (equal bearings) and VM254 (coupled ones);
 their input files say what the paper's table of stations leaves open: the shaft ends at 35.5 cm.
 """
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
-from scipy.linalg import eig
+from scipy.linalg import eig, eigh
+from scipy.optimize import brentq
+from scipy.special import iv, jv
 
 from fe_shaft import BearingElement, DiskElement, Material, Rotor, ShaftElement, steel
 
@@ -113,3 +117,61 @@ def test_nelson_and_mcvaugh_rotor_on_coupled_bearings_whirls_as_published_at_100
     modes = nelson_mcvaugh(3.503e7, -8.756e6).run_modal(100000 * np.pi / 30)
     assert modes.wn[:4] * 30 / np.pi == pytest.approx([10747, 19665, 39077, 47549], rel=0.006)
     assert modes.whirl[:2].tolist() == ["backward", "forward"]
+
+
+def test_friswell_6_9_1_overhung_rotor_on_unequal_stiffnesses_has_the_printed_critical_speeds():
+    """Shaft 1.5 m x 25 mm, bearings at 0 and 1 m with .2 MN/m along x and .4 along y, 15.3 kg at the end."""
+    material = Material("steel", rho=7810.0, E=211e9, Poisson=0.3)
+    shaft = [ShaftElement(0.25, 0.0, 0.025, material=material) for _ in range(6)]
+    bearings = [BearingElement(n, 0.2e6, 0.0, kyy=0.4e6) for n in (0, 4)]
+    rotor = Rotor(shaft, [DiskElement(6, 15.3, Id=0.062, Ip=0.120)], bearings)
+    printed(rotor.run_critical_speed(count=5).wn * 30 / np.pi, [358.43, 389.35, 2123.79, 2659.10, 3118.14], 0.01)
+
+
+STATIONS_RAPPID = [(1.91697, 5.9905e-4, 0.010284), (3.83395, 1.1981e-3, 0.020568), (36.4237, 0.33076, 0.19866)]
+"""Mass [kg], polar and diametral inertia [kg m2] of the stations at 0, 1/6 and 1/3 of the shaft's length."""
+
+
+def test_a_rotor_of_lumped_stations_has_the_frequencies_of_a_transfer_matrix_program():
+    """Frequencies [Hz] of RAPPID at 500 rpm, its output in discussion 911 of the repository petrobras/ross.
+
+    A massless shaft 1.5 m x 50 mm with seven lumped stations, as that program has it: three pairs within 3e-4, which
+    the five digits of the stations leave open, the fourth within 9e-4.
+    """
+    massless = Material("massless", rho=1e-9, E=211e9, G_s=81.2e9)
+    end, plain, disc = STATIONS_RAPPID
+    stations = [end, plain, disc, plain, disc, plain, end]
+    discs = [DiskElement(n, m, Id=Id, Ip=Ip) for n, (m, Ip, Id) in enumerate(stations)]
+    shaft = [ShaftElement(0.25, 0.0, 0.05, material=massless) for _ in range(6)]
+    rotor = Rotor(shaft, discs, [BearingElement(n, 1e6, 0.0, kyy=0.8e6) for n in (0, 6)])
+    theirs = [14.6152, 15.3284, 43.3459, 46.9251, 105.902, 112.760, 150.907, 155.810]
+    found = rotor.run_modal(500 * np.pi / 30).wn[:8] / HZ
+    assert found[:6] == pytest.approx(theirs[:6], rel=3e-4)
+    assert found[6:] == pytest.approx(theirs[6:], rel=9e-4)
+
+
+WARD = [4.359, 10.573, 19.225, 30.339, 43.921]
+"""Ward (1913), in Timoshenko, Vibration Problems in Engineering: f = a r sqrt(E / rho) / (2 pi L^2), base radius r."""
+
+
+def test_a_cone_that_is_clamped_at_its_base_has_the_frequencies_of_ward():
+    """v is 1/x times J2 and I2 of 2 sqrt(k x), so J2 I3 + I2 J3 = 0 at the base; a = k / 2.
+
+    The table is within 2e-4 of it; 80 elements, which end at a thousandth of the base, are within 3e-4.
+    """
+    ends = np.linspace(1.0, 30.0, 3001)
+    values = jv(2, ends) * iv(3, ends) + iv(2, ends) * jv(3, ends)
+    roots = [
+        brentq(lambda z: jv(2, z) * iv(3, z) + iv(2, z) * jv(3, z), ends[i], ends[i + 1])
+        for i in np.flatnonzero(values[:-1] * values[1:] < 0)[:5]
+    ]
+    exact = (np.array(roots) / 2) ** 2 / 2
+    assert np.array(WARD) / exact == pytest.approx(1.0, rel=2e-4)
+    tip, base, L, E, rho = 1e-3, 4e-3, 10.0, 210e9, 7850.0
+    outer = base * np.linspace(1.0, tip, 81)
+    material = Material("steel", rho=rho, E=E, Poisson=0.3)
+    plain = {"material": material, "shear_effects": False, "rotary_inertia": False}
+    shaft = [ShaftElement(L * (1 - tip) / 80, 0.0, a, 0.0, b, **plain) for a, b in pairwise(outer)]
+    rotor = Rotor(shaft, [], [BearingElement(0, 1.0, 0.0)])
+    wn = np.sqrt(eigh(rotor.K()[4:, 4:], rotor.M()[4:, 4:], eigvals_only=True)[:10:2])
+    assert wn / (base / 2 / L**2 * np.sqrt(E / rho)) == pytest.approx(exact, rel=3e-4)

@@ -10,6 +10,7 @@ import pytest
 from lpv_models import make_lpv
 
 from fmu.check import check
+from fmu.export import TARGETS
 from fmu.importer import info
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
@@ -116,10 +117,8 @@ def refused(capsys, *arguments):
 
 
 def test_an_unknown_target_is_named(capsys):
-    assert refused(capsys, "export", "--targets", "sparc-solaris") == (
-        "--targets: 'sparc-solaris' is not known; choose from host, x86_64-linux, x86_64-windows, aarch64-linux, "
-        "x86_64-darwin, aarch64-darwin"
-    )
+    sentence = refused(capsys, "export", "--targets", "sparc-solaris")
+    assert sentence.startswith("--targets: 'sparc-solaris'") and all(name in sentence for name in ("host", *TARGETS))
 
 
 @pytest.mark.parametrize(

@@ -52,14 +52,14 @@ def signals(ramp: bool = False, seed: int = 0) -> dict[str, np.ndarray]:
         "index": np.arange(COUNT), "load": 998 + noise(1.0), "zero": np.zeros(COUNT),
         "u": np.where(rng.random(COUNT // 64 + 1) > 0.5, 2.0, -2.0).repeat(64)[:COUNT], "volt_in": 4.7 + noise(0.01),
         "v": np.where(rng.random(COUNT // 64 + 1) > 0.5, 2.0, -2.0).repeat(64)[:COUNT],
-        "phase": np.rad2deg(turn), "flow": 22 + noise(0.05),
+        "angle": np.rad2deg(turn), "flow": 22 + noise(0.05),
     }  # fmt: skip
 
 
 TRUTH = {
     "t": "time", "key": "keyphasor", "ttl": "keyphasor", "half": "keyphasor", "rpm": "speed", "hz": "speed",
     "rad": "speed", "const_rpm": "speed", "acc": "acceleration", "acc2": "acceleration", "acc3": "acceleration",
-    "vel": "velocity", "blow": "force", "bar": "pressure", "u": "reference", "v": "reference",
+    "vel": "velocity", "blow": "force", "bar": "pressure", "u": "reference", "v": "reference", "angle": "angle",
 } | dict.fromkeys(("x", "y", "a", "b", "x2", "y2", "a2", "b2", "ring_x", "ring_y"), "probe")  # fmt: skip
 """Kind of a signal; those that are not here are none of a record."""
 UNITS = {"um": 1.0, "µm": 1.0, "mm": 1e-3, "mil": 1 / 25.4, "mils": 1 / 25.4, "gap": 7.87e-3, "V": 7.87e-3}
@@ -309,7 +309,7 @@ FILES: dict[str, tuple[str, list[str], list[str] | None, list[str] | None, str]]
         [],
         ["Zeit", "Tacho", "Winkel", "Kraft_GL_1", "Weg_1", "Weg_2"],
         ["s", "1/min", "°", "N", "µm", "µm"],
-        "t/s rpm/rpm phase load x/um y/um",
+        "t/s rpm/rpm angle/deg load x/um y/um",
     ),
     "mfs_alert": (
         ",",

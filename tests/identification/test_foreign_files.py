@@ -13,7 +13,7 @@ from identification.records.columns import agree, is_unit_of
 SECTIONS = {
     "time": "time", "keyphasor": "keyphasor", "probes": "probe", "channels.disc_measured": "probe", "hammer": "force",
     "channels.disc_force": "force", "channels.speed": "speed", "channels.pressure": "pressure",
-    "channels.reference": "reference",
+    "channels.reference": "reference", "channels.angle": "angle",
 }  # fmt: skip
 OF = {"m": "probe", "m/s": "velocity", "m/s^2": "acceleration"}
 

@@ -17,6 +17,25 @@ def proposed(**columns):
     return idn.propose(table, "run.csv")
 
 
+@pytest.mark.parametrize("name", ["Wellenwinkel [rad]", "Winkel [deg]", "Shaft angle", "Angle de rotation [rad]",
+                                  "Ángulo del eje [deg]", "Angolo [rad]"])  # fmt: skip
+def test_an_angle_of_the_shaft_is_one_that_turns_as_fast_as_the_speed(name):
+    """A run-up from 20 to 40 Hz; an angle that turns half as fast, or a phase that stays, is none."""
+    speed = 2 * np.pi * (20 + 50 * T)
+    turned = 2 * np.pi * (20 * T + 25 * T**2)
+    unit = 180 / np.pi if "deg" in name else 1.0
+    plain, stated = split_name(name)
+
+    def found(angle):
+        columns = (Column("Zeit", T, "s"), Column("Drehzahl", speed * 30 / np.pi, "rpm"), Column(plain, angle, stated))
+        return tomllib.loads(idn.propose(DataTable("CSV", columns), "run.csv")[0])["channels"]
+
+    for angle in (turned, np.mod(turned, 2 * np.pi)):
+        assert found(unit * angle)["angle"] == {"column": plain, "unit": stated or "rad"}
+    for other in (0.5 * turned, 0.3 + 0 * T):
+        assert "angle" not in found(unit * other)
+
+
 @pytest.fixture
 def lab(tmp_path):
     columns = {

@@ -20,6 +20,8 @@ def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
     assert "ok, dtu_gas_bearing: 3.54 kg on 2 bearings; gas film with 25 um clearance and 4 injectors" in out
     code, out, _ = run("machine", "show", path)
     assert code == 0 and "-121.3 mm" in out and "4.194 um/V" in out
+    broken = [doc for _, _, doc in rows(load_machine(path)) if doc not in out]
+    assert max(map(len, out.splitlines())) > 80 and not broken
 
 
 def test_new_starts_from_any_machine_and_overwrites_only_when_forced(run, tmp_path):

@@ -222,6 +222,13 @@ def test_a_design_review_leaves_a_page_and_a_table_a_section(run, tmp_path):
     rows = list(csv.reader((tmp_path / "design" / "criticals.csv").read_text().splitlines()))
     assert len(rows) == 1 + len(found["criticals"]) and rows[0][1] == "speed [rpm]"
     assert "A. Nyquist" in (tmp_path / "design" / "report.html").read_text()
+    for table in ("requirements", "criticals", "cases", "unbalances", "clearances", "grades", "zones"):
+        for row in found[table]:
+            numbers = [v for head, v in row.items() if "[" in head or head in ("asked", "found")]
+            assert all(v is None or isinstance(v, (int, float)) for v in numbers) and numbers
+    assert {row["unit"] for row in found["requirements"]} >= {"%", "rpm", "um", "g mm"}
+    code, _, message = run("report", "design", "aerostatic_spindle", "--speed", "4000 rpm:3000 rpm")
+    assert code == 2 and message.startswith("--speed: ") and message.count("\n") == 1
     code, _, message = run("report", "design", "plain_rotor", "--law", "law.json", "--out", "other")
     assert code == 2 and message.startswith("--law: ")
 

@@ -88,9 +88,14 @@ def test_random_machines_leave_their_table_their_page_and_the_probability_of_a_m
     assert code == 0 and found["machines"] == 12 and 0 <= found["misses"]["critical_1 > 2600 rpm"]["low"] < 1
     assert len((tmp_path / "r" / "random.csv").read_text().splitlines()) == 13
     assert "Probability of a miss" in (tmp_path / "r" / "report.html").read_text()
-    for wrong in (["--vary", "discs.0.mass=+- 5 %"], ["--random", "5"], ["--random", "5", "--over", "pressure=1 bar"]):
+    for wrong in (
+        ["--vary", "discs.0.mass=+- 5 %"],
+        ["--random", "5"],
+        ["--random", "5", "--over", "pressure=1 bar"],
+        ["--random", "0", "--vary", "discs.0.mass=+- 5 %"],
+    ):
         code, _, message = run("sweep", "plain_rotor", *wrong, "--out", "other")
-        assert code == 2 and "--random" in message
+        assert code == 2 and "--random" in message and message.count("\n") == 1
 
 
 def test_a_search_for_the_best_machine_leaves_its_path_and_its_page(run, tmp_path):

@@ -19,7 +19,8 @@ PARTS = [
 ]  # fmt: skip
 HOMES = {
     "ShaftMaterial": "shaft.material", "Section": "shaft.sections.0", "ShaftPiece": "shaft.sections.0",
-    "Layer": "shaft.layers.0", "Shaft": "shaft", "Disc": "discs.0", "LumpedMass": "point_masses.0",
+    "Layer": "shaft.layers.0", "Shaft": "shaft", "ShaftMode": "shaft.modes.0",
+    "Disc": "discs.0", "LumpedMass": "point_masses.0",
     "LinearBearing": "bearings.0", "BearingCoefficients": "bearings.0", "BearingPart": "bearings.0",
     "BearingMass": "bearings.0",
     "Support": "bearings.0.support",
@@ -27,6 +28,8 @@ HOMES = {
     "Gas": "gas", "Injection": "injection",
     "Orifices": "bearings.1.orifices.0", "Lobes": "bearings.1.lobes", "Steps": "bearings.1.steps.0",
     "Grooves": "bearings.1.grooves", "Foil": "bearings.1.foil",
+    "ThrustBearing": "thrust_bearings.0", "SpiralGrooves": "thrust_bearings.0.grooves",
+    "RingFeed": "thrust_bearings.0.feed",
     "PinnedInjector": "injectors.0", "Actuators": "actuators", "Drive": "drive", "Grid": "grid",
     "Solver": "solver", "Limits": "limits", "Checked": "checked",
     "ProbePart": "probes.0", "ShaftProbe": "probes.0", "HousingPart": "probes.1", "HousingVelocity": "probes.1",

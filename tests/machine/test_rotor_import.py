@@ -116,13 +116,11 @@ def test_lalanne_and_ferraris_rotor_as_a_machine_has_the_published_frequencies()
 
 
 SUPPORT = {"bearing_elements": [BearingElement(0, 1e6, 0.0)]}
-OVER_WHIRL = BearingElement(0, [1.0, 2.0], 0.0, whirl_frequency=[0.0, 9.0])
 UNSAYABLE = {
     "clamp": lambda r: Rotor(r.shaft_elements, clamped=[0]),
     "torque": lambda r: Rotor([ShaftElement(0.1, 0.0, 0.03, torque=5.0)], **SUPPORT),
     "switch": lambda r: Rotor([ShaftElement(0.1, 0.0, 0.03, gyroscopic=False)], **SUPPORT),
     "two masses": lambda r: Rotor(r.shaft_elements, point_mass_elements=[PointMass(0, mx=1.0, my=2.0)]),
-    "whirl": lambda r: Rotor(r.shaft_elements, bearing_elements=[OVER_WHIRL]),
     "between nodes": lambda r: Rotor(r.shaft_elements, bearing_elements=[BearingElement(0, 1e6, 0.0, n_link=2)]),
 }  # fmt: skip
 
@@ -220,3 +218,36 @@ def test_a_gas_film_and_an_absent_bearing_take_no_table(tmp_path):
     for machine, number in (("dtu_gas_bearing", 1), ("plain_rotor", 2)):
         with refused(MachineFileError, "bearing", number):
             with_points(rs.load_machine(machine), number, bearing_points(tmp_path / "b.csv"))
+
+
+@pytest.mark.parametrize("axes", [{"whirl_frequency": [10.0, 200.0, 900.0]},
+                                  {"frequency": [50.0, 400.0], "whirl_frequency": [10.0, 200.0, 900.0]}])  # fmt: skip
+def test_a_table_over_the_whirl_frequency_comes_into_a_machine_and_gives_the_same_modes(axes):
+    shape = tuple(map(len, axes.values()))
+    rng = np.random.default_rng(5)
+    K, C = (1e6 * rng.uniform(1, 3, (2, *shape)) for _ in range(2))
+    ends = [BearingElement(n, K[k], 1e-3 * C[k], kxy=0.1 * K[k], extrapolate="hold", **axes)
+            for k, n in enumerate((0, 6))]  # fmt: skip
+    rotor = Rotor([ShaftElement(0.1, 0.0, 0.03) for _ in range(6)], [DiskElement(3, 4.0, 0.01, 0.02)], ends)
+    machine = machine_of(rotor, "over whirl")
+    again = rs.plant.shaft_rotor(rs.machine.Machine.from_text(machine.text))
+    for speed in (0.0, 120.0, -300.0):
+        assert again.run_modal(speed).eigenvalues == pytest.approx(rotor.run_modal(speed).eigenvalues, rel=1e-6)
+
+
+POINTS = [{"speed": f"{s} rpm", "whirl_frequency": f"{w} Hz", "kxx": "1 MN/m"} for s in (0, 600) for w in (10, 20)]
+WRONG = {
+    "half": ([{k: v for k, v in POINTS[0].items() if k != "whirl_frequency"}, *POINTS[1:]], "points"),
+    "hole": (POINTS[:3], "points"),
+    "order": ([POINTS[1], POINTS[0], *POINTS[2:]], "points.1.whirl_frequency"),
+    "twice": ([POINTS[0], POINTS[0], *POINTS[2:]], "points.1.whirl_frequency"),
+    "speeds": ([*POINTS[2:], *POINTS[:2]], "points.2.speed"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_table_over_the_whirl_frequency_that_is_no_grid_is_refused_at_its_field(case):
+    points, field = WRONG[case]
+    with pytest.raises(MachineFileError) as caught:
+        rs.machine.TableBearing(kind="table", position="0 mm", points=points)
+    assert [line.partition(": ")[0] for line in caught.value.problems] == [f"TableBearing.{field}"]

@@ -478,3 +478,16 @@ def test_a_disc_is_named_where_results_name_it(turbo, tmp_path, monkeypatch, cap
     with pytest.raises(SystemExit) as ended:
         main([*line, "propeller"])
     assert ended.value.code == 2
+
+
+def test_each_mode_of_the_shaft_has_its_own_damping_ratio():
+    """At rest on springs without dampers the modes are those of the reduction, pair by pair in both planes."""
+    text = rs.load_machine("plain_rotor").text.replace('cxx = "200 N*s/m"', 'cxx = "0 N*s/m"')
+    rotor = rs.machine.Machine.from_text(text.replace("[[shaft.sections]]", "[[shaft.modes]]\ndamping_ratio = 0.03\n"
+                                         "[[shaft.modes]]\ndamping_ratio = 0.007\n[[shaft.sections]]", 1))  # fmt: skip
+    assert rs.Plant(rotor).linearise(0.0, 0.0).zeta[:6] == pytest.approx(np.repeat([0.03, 0.007, 0.002], 2), rel=1e-6)
+    assert rs.machine.Machine.from_text(rotor.text) == rotor
+    changed = rotor.replace("shaft.modes.1.damping_ratio", 0.01)
+    assert rs.Plant(changed).linearise(0.0, 0.0).zeta[2] == pytest.approx(0.01, rel=1e-6)
+    with pytest.raises(MachineFileError):
+        rotor.replace("shaft.modes.0.damping_ratio", 0.7)

@@ -70,6 +70,7 @@ EVERY_EFFECT: dict[str, Any] = {
     "sensor_gain": {"x": 0.02, "y": -0.01, "cross_x": 0.01},
     "sensor_lag": {"time": "0.1 ms"},
     "sensor_ring": {},
+    "sudden_unbalance": {},
     "shaft_bow": {"bow": "3 um", "phase": "15 deg"},
     "slip": {"mean_free_path": "0.068 um"},
     "speed_wander": {},

@@ -70,6 +70,14 @@ def test_results_of_several_kinds_are_refused_and_nothing_is_written(responses, 
     with pytest.raises(SystemExit) as ended:
         main(["compare", "a.nc", "b.nc"])
     assert ended.value.code == 2 and "give results of one kind" in capsys.readouterr().err
+    (tmp_path / "folder").mkdir()
+    write_netcdf(tmp_path / "folder" / "response.nc", responses["plain"])
+    for runs in (["folder", "missing"], ["missing", "folder"]):
+        with pytest.raises(SystemExit) as ended:
+            main(["compare", *runs])
+        message = capsys.readouterr().err
+        assert ended.value.code == 2 and message.startswith("missing: ") and message.count("\n") == 1
+        assert "Errno" not in message
     assert not (tmp_path / "compare").exists()
 
 

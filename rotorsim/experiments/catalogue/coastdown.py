@@ -10,7 +10,7 @@ import numpy as np
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM
 from rotorsim.experiments.catalogue.runup import Runup, ramp_time
-from rotorsim.experiments.experiment import Experiment, param, register
+from rotorsim.experiments.experiment import Experiment, begin, param, register
 from rotorsim.experiments.functions import as_function
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class Coastdown(Experiment):
     rate: float | None = param("rad/s^2", "Declared deceleration; friction decides when not given.", None)
     pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
     longest: float = param("s", "The record ends here at the latest.", 300.0, above=0, samples=True)
+    begin: str = begin()
 
     def check(self) -> None:
         """Refuse a coast-down that goes up."""

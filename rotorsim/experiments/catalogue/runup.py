@@ -10,7 +10,7 @@ import numpy as np
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM
-from rotorsim.experiments.experiment import LONGEST, Experiment, param, register
+from rotorsim.experiments.experiment import BEGINNINGS, LONGEST, Experiment, begin, param, register
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,6 +42,7 @@ class Runup(Experiment):
     )
     rate: float = param("rad/s^2", "Acceleration of the shaft, positive.", 200 * np.pi / 60)
     pressure: float = param("Pa", "Injection pressure, gauge.", 0.3e6, low=0)
+    begin: str = begin()
 
     def check(self) -> None:
         """Refuse a ramp that never arrives."""
@@ -72,6 +73,7 @@ def runup(
     pressure: Signal = 0.3e6,
     seed: int = 0,
     progress: bool = False,
+    begin: str = BEGINNINGS[0],
 ) -> xr.Dataset:
     """Run up and return the record; it ends at a limit of the machine, with the sentence in its attribute `ended`.
 
@@ -89,6 +91,8 @@ def runup(
         Of the plant's noise.
     progress : bool
         Show a bar on a terminal.
+    begin : str
+        "orbit", the synchronous orbit, or "rest", the static equilibrium.
 
     Examples
     --------
@@ -96,15 +100,18 @@ def runup(
     >>> rs.experiments.runup(plant, start=50.0, stop=60.0, rate=100.0, pressure=0.5e6).sizes["time"]
     500
     """
-    from rotorsim.experiments.running import cut, run
+    from rotorsim.experiments.running import begun, cut, run
     from rotorsim.plant.plant import as_plant
 
     if not callable(pressure) and np.ndim(pressure) == 0:
-        return run(plant, Runup(start, stop, rate, float(pressure)), seed, progress)  # type: ignore[arg-type]
+        ramp = Runup(start, stop, rate, float(pressure), begin)  # type: ignore[arg-type]
+        return run(plant, ramp, seed, progress)
     plant = as_plant(plant)
-    ramp = Runup(start, stop, rate, Ts=plant.machine.sampling_time)
+    ramp = Runup(start, stop, rate, begin=begin, Ts=plant.machine.sampling_time)
     speed = np.append(start, ramp.rows(0, ramp.samples)[:, 0])
-    made = plant.simulate(ramp.samples * ramp.Ts, speed, pressure, seed=seed, progress=progress)
+    _, point = plant.inputs(ramp.samples * ramp.Ts, speed, pressure)
+    initial = begun(plant, ramp, point, seed)
+    made = plant.simulate(ramp.samples * ramp.Ts, speed, pressure, seed=seed, initial=initial, progress=progress)
     attrs = {name: value for name, value in ramp.attrs().items() if name != "pressure"}
     return cut(made.assign_attrs(attrs), plant.assembly)
 

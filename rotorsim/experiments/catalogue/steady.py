@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorsim.base.errors import DataError
-from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment, param, register
+from rotorsim.experiments.experiment import REFERENCE_LIMIT, PointExperiment, begin, param, register
 from rotorsim.experiments.functions import as_function
 
 
@@ -29,6 +29,7 @@ class Steady(PointExperiment):
     example: ClassVar[str] = "--speed '3000 rpm' --pressure '0.3 MPa' --duration '10 s'"
     figures: ClassVar[tuple[str, ...]] = ("spectra", "filtered_orbits", "waterfall", "against_time")
     duration: float = param("s", "Length of the record.", 10.0, above=0, samples=True)
+    begin: str = begin()
 
     @property
     def samples(self) -> int:

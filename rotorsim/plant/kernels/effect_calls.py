@@ -5,10 +5,10 @@ stand they belong to a small machine without effects, which is how the kernels a
 module that `rotorsim.plant.compose` writes for a machine they are replaced: a size by its number, and a function by the
 same with the lines of its decorator, once for every effect of the port, before it returns.
 
-In these lines {kernel}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's kernels
-and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces, {state} of its
-own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the number of its
-film. A function whose first argument is `f`, the number of a film, skips the effects of other films.
+In these lines {kernel}, {onset}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's
+kernels and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces,
+{state} of its own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the
+number of its film. A function whose first argument is `f`, the number of a film, skips the effects of other films.
 
 The module has such a function in one of two forms: with a loop over the rows of the parameter record, each of which has
 the address of an effect's kernel (`write_loop`), or with the lines of every effect, whose kernels are merged
@@ -36,7 +36,7 @@ ROTOR = make_rotor_layout(4, FILM, 1)
 RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
 
 
-KERNELS = ("kernel", "between", "foundation", "warmed", "braking", "reading_noise")
+KERNELS = ("kernel", "onset", "between", "foundation", "warmed", "braking", "reading_noise")
 """Kernels that an effect can have."""
 NUMBERS = ("shape", "slot", "state", "own", "dof", "journal", "film")
 """Numbers by which calls of effects differ, in the order of the columns of their rows."""
@@ -216,6 +216,16 @@ def write_film_constants(n_films: int) -> str:
 )
 def add_forces(w, P, t, angle, speed, acceleration):
     """Add the modal forces of all force effects at a time."""
+
+
+@port(
+    "force",
+    "fx, fy = {onset}(w[ROTOR.time], w[ROTOR.angle], w[ROTOR.speed], w[ROTOR.acceleration], {p})",
+    "add_force(w, ROTOR, {shape}, fx, fy, ROTOR.a_old)",
+    kernel="onset",
+)
+def begin_forces(w, P):
+    """Add the modal forces that begin at the start of a sample to the acceleration there."""
 
 
 @port("random_force", "{kernel}(w, {state}, w[RIG.seed], w[RIG.tick], speed, {p})")

@@ -29,16 +29,39 @@ SETTLE, ADVANCE, LOOK = 0, 1, 2
 """Tasks of `serve`."""
 
 
+@inlined
+def columns_of_samples(P):
+    """Columns of the sample table."""
+    columns = len(COLUMNS) + RIG.n_pin_columns + RIG.n_probe
+    columns += FILM_COLUMNS * (ROTOR.n_films if ROTOR.n_films > 1 else 0)
+    return columns + HEAT_COLUMNS * (ROTOR.n_films if RIG.n_heat > 0 else 0)
+
+
+@inlined
+def film_friction(w, P):
+    """Friction torque [N m] of all films."""
+    torque = 0.0
+    for f in range(ROTOR.n_films):
+        torque += friction_torque(film_part(w, f), film_constants(P, f), FILM, w[ROTOR.speed])
+    return torque
+
+
 @kernel
 def run(w, ix, P, inputs, out, steps_per_sample):
     """Advance by one sample for each row of `inputs`; out gets the state BEFORE each. Returns samples done.
+
+    A column more than the sample table has gets the torque [N m] with which the films brake the shaft then, and rub and
+    contact in the mean over the sample before.
 
     inputs (n, 6): speed at the sample's end [rad/s], supply pressure [Pa, absolute], reference x, y [V], disc force
     x, y [N].
     """
     for i in range(inputs.shape[0]):
+        braking = -w[RIG.impulse] / P.sample
         set_inputs(w, P, inputs[i, 0], inputs[i, 1], inputs[i, 2], inputs[i, 3], inputs[i, 4], inputs[i, 5])
         write_sample(w, P, out, i)
+        if ROTOR.n_films > 0 and out.shape[1] > columns_of_samples(P):
+            out[i, out.shape[1] - 1] = braking + film_friction(w, P)
         w[RIG.tick] += 1.0
         for _ in range(steps_per_sample):
             if step(w, ix, P) < 0:
@@ -53,11 +76,9 @@ def observe(w, P, out):
     if RIG.n_pin_sensor > 0:
         begin_readings(w)
     write_sample(w, P, out, 0)
-    extra = len(COLUMNS) + RIG.n_pin_columns + RIG.n_probe + FILM_COLUMNS * (ROTOR.n_films if ROTOR.n_films > 1 else 0)
-    extra += HEAT_COLUMNS * (ROTOR.n_films if RIG.n_heat > 0 else 0)
-    out[0, extra] = out[0, extra + 1] = out[0, extra + 2] = 0.0
-    for f in range(ROTOR.n_films):
-        out[0, extra] += friction_torque(film_part(w, f), film_constants(P, f), FILM, w[ROTOR.speed])
+    extra = columns_of_samples(P)
+    out[0, extra + 1] = out[0, extra + 2] = 0.0
+    out[0, extra] = film_friction(w, P)
     for k in range(RIG.n_inj):
         out[0, extra + 1] += P.sign_x[k] * w[RIG.pin + k]
         out[0, extra + 2] += P.sign_y[k] * w[RIG.pin + k]

@@ -44,7 +44,7 @@ from rotorsim.plant.kernels.films import film_part, least_gap
 from rotorsim.plant.kernels.injectors import flow_of_injectors
 from rotorsim.plant.kernels.modal_rotor import add_force, add_tables, factor_matrix, project, solve_matrix
 from rotorsim.plant.kernels.sample import prepare, warm_films
-from rotorsim.plant.kernels.step import factorise, solve_film
+from rotorsim.plant.kernels.step import factorise, solve_film, touch
 
 SLOWER = 1.5
 """Growth of the pseudo-steps over strips of foil, which the film bends as the rotor comes down."""
@@ -346,6 +346,60 @@ def march_films(w, ix, P, speed):
             step *= RETREAT
             solved = SHARP if last else solved
     return last and converged and stand_apart(w, P)
+
+
+@inlined
+def lean_on_sleeves(w, P):
+    """Contact of the journals where they stand, and a spring that is relaxed there, into f and KT."""
+    n = ROTOR.n
+    for f in range(ROTOR.n_films):
+        v, s, B, k = film_part(w, f), ROTOR.journal_start + 2 * f, ROTOR.journal + 2 * n * f, P.nominal_stiffness[f]
+        x, y = project(w, ROTOR, B, ROTOR.q)
+        v[FILM.journal], v[FILM.journal + 1] = x, y
+        w[s], w[s + 1] = x, y
+        fx, fy, kxx, kxy, kyx, kyy, _ = touch(w, P, f, 0.0, 1.0)
+        kxx, kyy = kxx + k, kyy + k
+        add_force(w, ROTOR, B, fx + kxx * x + kxy * y, fy + kyx * x + kyy * y, ROTOR.f)
+        for c in range(n):
+            a, b = kxx * w[B + c] + kxy * w[B + n + c], kyx * w[B + c] + kyy * w[B + n + c]
+            for r in range(n):
+                w[ROTOR.KT + c * n + r] += w[B + r] * a + w[B + n + r] * b
+
+
+@kernel
+def stand(w, initial, P, supply):
+    """Fill w with the shaft at standstill on its sleeves, in films without supply [Pa, absolute]; whether it rests.
+
+    Each pass solves with the contacts linearised and with the nominal springs relaxed where the journals are (the
+    proximal point method), so that a journal which touches nothing yet falls instead of flying.
+    """
+    for k in range(initial.shape[0]):
+        w[k] = initial[k]
+    prepare(w, P, 0.0, supply, 0.0)
+    rested = False
+    for _ in range(MOST_PASSES * ROTOR.n_films):
+        copy_displacement(w, ROTOR.q, ROTOR.q_old)
+        static_terms(w, P, 0.0, True)
+        lean_on_sleeves(w, P)
+        free_statics(w)
+        copy_displacement(w, ROTOR.f, ROTOR.q)
+        solve_matrix(w, ROTOR.T, ROTOR.v_mid, ROTOR.q, ROTOR.n)
+        moved, size = 0.0, 0.0
+        for m in range(ROTOR.n):
+            moved = max(moved, abs(w[ROTOR.q + m] - w[ROTOR.q_old + m]))
+            size = max(size, abs(w[ROTOR.q + m]))
+        rested = moved <= 1e-12 * size
+        if rested:
+            break
+    for f in range(ROTOR.n_films):
+        v = film_part(w, f)
+        v[FILM.journal], v[FILM.journal + 1] = project(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, ROTOR.q)
+        begin_pseudo_film(v, film_constants(P, f), FILM)
+        force(v, FILM)
+    rest_films(w)
+    copy_displacement(w, ROTOR.q, ROTOR.q_old)
+    first_forces(w, P, 0.0)
+    return rested
 
 
 @kernel

@@ -13,6 +13,7 @@ from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
+    begin_forces,
     build_supports,
     draw_forces,
     driven_speed,
@@ -150,6 +151,7 @@ def set_inputs(w, P, end_speed, supply, ref_x, ref_y, fx, fy):
     w[RIG.begin] = w[ROTOR.time]
     drive(w, P, end_speed)
     draw_forces(w, P, w[ROTOR.speed])
+    begin_forces(w, P)
     # a force that jumps: the rates at the start of the sample are those after the jump
     jump_x, jump_y = fx - w[ROTOR.disc_fx], fy - w[ROTOR.disc_fy]
     if jump_x != 0.0 or jump_y != 0.0:

@@ -57,8 +57,8 @@ FINEST = 64
 """Most parts of a step that its error asks for."""
 ALLOWED = 5e-4
 """Error of a step that is allowed to all its parts together, in clearances."""
-PACE = 4.0
-"""Steps within which a journal at its pace comes to its sleeve that are near contact."""
+AHEAD = 4.0
+"""Samples within which a journal that comes to its sleeve is near contact."""
 THIN = 0.1
 """Gap below which the film holds the journal, in clearances."""
 HELD = 0.2
@@ -343,12 +343,14 @@ def take_films_back(w):
 
 
 @inlined
-def nearing(w, P, f, gap, parts):
-    """Whether journal f comes to its sleeve, `gap` [m] away, within `PACE` steps, of which it did one of `parts`."""
-    v = film_part(w, f)
-    x, y = project(w, ROTOR, ROTOR.journal + 2 * ROTOR.n * f, ROTOR.q_old)
-    moved = abs(v[FILM.journal] - x) + abs(v[FILM.journal + 1] - y)
-    if gap > PACE * parts * moved:
+def nearing(w, P, f, gap, adt):
+    """Whether journal f, as fast as it is and is accelerated, comes to its sleeve, `gap` [m] away, within `AHEAD`."""
+    v, rows, ahead = film_part(w, f), ROTOR.journal + 2 * ROTOR.n * f, AHEAD * P.sample
+    vx, vy = project(w, ROTOR, rows, ROTOR.v)
+    ux, uy = project(w, ROTOR, rows, ROTOR.v_rhs)
+    share = 0.5 * ahead / adt
+    x, y = ahead * (vx + share * (vx - ux)), ahead * (vy + share * (vy - uy))
+    if gap > abs(x) + abs(y) or least_gap(w, P, f, v[FILM.journal] + x, v[FILM.journal + 1] + y) > 0.0:
         return False
     c = film_constants(P, f).clearance
     fx, _, _, _, _, _ = contact_forces(f, 0.0, c, 1.0, 0.0, c, 0.0, 0.0, 0.0, P)
@@ -366,7 +368,7 @@ def contact_error(w, P, dt, adt):
     for f in range(ROTOR.n_films):
         v, c = film_part(w, f), film_constants(P, f).clearance
         gap = least_gap(w, P, f, v[FILM.journal], v[FILM.journal + 1])
-        if gap > -c and nearing(w, P, f, gap, P.dt / dt):
+        if gap > -c and nearing(w, P, f, gap, adt):
             if not formed:
                 embedded_error(w, ROTOR, dt, adt)
                 formed = True
