@@ -245,12 +245,13 @@ def test_from_a_keystroke_to_all_panels_redrawn_is_measured(desk_of, capsys):
     page.locator("summary").filter(has_text=re.compile(r"^Shaft$")).click()
     page.locator("[data-part='shaft'] .desk-more").click()
     field(page, "shaft.max_element_length").fill("10")
-    settled(page)
-    taken = []
+    last, taken = "window.deskTimes.filter((one) => one.all).at(-1)", []
+    page.wait_for_function(f"{last}.revision > 0 && {last}.typed")
     for k in range(int(os.environ.get("ROTORSIM_KEYSTROKES", "8"))):
+        before = page.evaluate(f"{last}.revision")
         field(page, "discs.0.mass").press("ArrowUp" if k % 3 else "ArrowDown")
-        settled(page)
-        one = page.evaluate("window.deskTimes.filter((one) => one.all).at(-1)")
+        page.wait_for_function(f"{last}.revision > {before}")
+        one = page.evaluate(last)
         each = page.evaluate("(n) => window.deskTimes.filter((one) => one.revision === n)", one["revision"])
         taken.append({one["panel"]: one["drawn"] - one["typed"] for one in each})
     with capsys.disabled():
