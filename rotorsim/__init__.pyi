@@ -16,6 +16,7 @@ from . import (
     balance as balance,
     campaign as campaign,
     control as control,
+    desk as desk,
     discrepancy as discrepancy,
     effects as effects,
     errors as errors,

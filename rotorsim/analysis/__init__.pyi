@@ -19,7 +19,11 @@ from .campbell import (
     safe_region as safe_region,
 )
 from .citations import cite as cite
-from .design_review import DesignReview as DesignReview, design_review as design_review
+from .design_review import (
+    DesignReview as DesignReview,
+    design_review as design_review,
+    static_deflection as static_deflection,
+)
 from .operating_map import (
     OperatingPoint as OperatingPoint,
     map_machine as map_machine,

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,7 @@ import xarray as xr
 
 from fe_shaft.follower import Node
 from fe_shaft.modal import half_axes
-from fe_shaft.response import run_static, weight
+from fe_shaft.response import StaticResult, run_static, weight
 from fe_shaft.shaft import BearingElement
 from reynolds import kernels
 from rotorsim.analysis import standards
@@ -77,6 +78,8 @@ MISSED = "not met"
 """Verdict of one that is not kept."""
 OPEN = "not looked at"
 """Verdict of one that is not known to be kept."""
+STANDARD_GRAVITY = 9.80665
+"""Acceleration [m/s^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,6 +169,13 @@ class DesignCheck:
     detail: str = ""
     remark: str = ""
 
+    @property
+    def reserve(self) -> float:
+        """Distance from the limit over the limit, negative beyond it; NaN where there is no number."""
+        if self.found is None or not self.limit > 0:
+            return float("nan")
+        return (self.found / self.limit - 1) * (1 if self.sense == "at least" else -1)
+
 
 @dataclass(frozen=True, eq=False)
 class DesignReview:
@@ -173,9 +183,8 @@ class DesignReview:
 
     `responses` holds the major half axis (case, speed, z) [m, 0-pk] of the shaft, `probes` the positions of the probe
     planes by name, `places` those at which peaks are looked for; `decrements` (speed) the least logarithmic decrement;
-    `undamped` the critical speed map, None with the reason `no_map`, and `stiffness` (bearing, speed, axis) that of the
-    bearings. `onset` is the speed [rad/s], the frequency and whether every mode was looked for. `sensitivity` is the
-    largest one of a law, None without; `axial` None without thrust bearings.
+    `modes` those that were followed over the speeds. `onset` is the speed [rad/s], the frequency and whether every mode
+    was looked for. `sensitivity` is the largest one of a law, None without; `axial` None without thrust bearings.
     """
 
     plant: Plant
@@ -196,9 +205,7 @@ class DesignReview:
     films: tuple[FilmState, ...]
     least_gap: float
     not_carried: str
-    undamped: xr.Dataset | None
-    no_map: str
-    stiffness: xr.DataArray
+    modes: ModesOverSpeed
     searched: tuple[float, float]
     open_speeds: tuple[tuple[float, float], ...]
     sensitivity: float | None
@@ -213,6 +220,25 @@ class DesignReview:
     def checks(self) -> tuple[DesignCheck, ...]:
         """Requirements, in the order of the page."""
         return tuple(_checks(self))
+
+    @cached_property
+    def _map(self) -> tuple[xr.Dataset | None, str, xr.DataArray]:
+        return _map(self.plant, self.modes)
+
+    @property
+    def undamped(self) -> xr.Dataset | None:
+        """Critical speed map; None where there is none."""
+        return self._map[0]
+
+    @property
+    def no_map(self) -> str:
+        """Why there is no critical speed map."""
+        return self._map[1]
+
+    @property
+    def stiffness(self) -> xr.DataArray:
+        """Stiffness (bearing, speed, axis) [N/m] of the bearings."""
+        return self._map[2]
 
     def motion(self, case: str, z: float) -> np.ndarray:
         """Motion (speed,) [m, pk-pk] at a place under a case of unbalance."""
@@ -268,12 +294,11 @@ def design_review(
     responses = _responses(plant, found, modes, cases, known, pressure, high)
     scales = _scales(responses, cases, probes, (low, high))
     films, gap, refused = _films(plant, high, pressure)
-    undamped, no_map, stiffness = _map(plant, found, pressure)
     return DesignReview(
         plant, low, high, pressure, stated,
         tuple(_with_peaks(modes, responses, cases, places)), cases, loads, responses, probes, places,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
-        _onset(plant, pressure, found.searched[1]), films, gap, refused, undamped, no_map, stiffness, found.searched,
+        _onset(plant, pressure, found.searched[1]), films, gap, refused, found, found.searched,
         tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity, axial,
     )  # fmt: skip
 
@@ -283,6 +308,52 @@ def static_loads(plant: Plant) -> np.ndarray:
 
     Nominal stiffnesses matter with three bearings or more.
     """
+    return _resting(plant, 1.0).bearing_forces[:, 1]
+
+
+def static_deflection(plant: Plant) -> xr.Dataset:
+    """Deflected line of the shaft at rest under the weight of shaft and discs, and the loads of the bearings.
+
+    Parameters
+    ----------
+    plant : Plant
+
+    Returns
+    -------
+    Dataset
+        sag (node) [m] downwards with the position z [m] of each node, load (bearing) [N] of each bearing, of one below
+        the shaft > 0. Bearings have their nominal stiffness, films and tables that by which the rotor's modes are
+        chosen; housings stand still.
+
+    Raises
+    ------
+    ShaftError
+        If the bearings leave the shaft free to fall or tilt.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.static_deflection(rs.Plant("plain_rotor"))
+    >>> abs(float(found["load"].sum()) / 9.80665 / rs.load_machine("plain_rotor").mass - 1) < 1e-9
+    True
+    """
+    found, nodes = _resting(plant, STANDARD_GRAVITY), plant.assembly.mesh.nodes
+    sag = -found.displacement[1 : 4 * len(nodes) : 4]
+    return xr.Dataset(
+        {
+            "sag": ("node", sag, {"units": "m", "long_name": "deflection under its weight, downwards"}),
+            "load": ("bearing", found.bearing_forces[:, 1], {"units": "N", "long_name": "static load"}),
+        },
+        {
+            "z": ("node", nodes, {"units": "m", "long_name": "position along the shaft"}),
+            "bearing": list(plant.machine.bearing_names),
+        },
+        plant.provenance() | {"kind": "static"},
+    )
+
+
+def _resting(plant: Plant, gravity: float) -> StaticResult:
+    """Rest of shaft and discs under gravity [m/s2] on the bearings' nominal stiffness."""
     mesh, held = plant.assembly.mesh, []
     for bearing in plant.machine.bearings:
         K = bearing.coefficients
@@ -290,7 +361,7 @@ def static_loads(plant: Plant) -> np.ndarray:
         held.append(BearingElement(mesh.node(bearing.position), own, 0.0))
     points = [p for p in mesh.constant.point_mass_elements if p.n < len(mesh.nodes)]
     rotor = replace(mesh.constant, bearing_elements=held, point_mass_elements=points)
-    return run_static(rotor, 1.0).bearing_forces[:, 1]
+    return run_static(rotor, gravity)
 
 
 def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
@@ -591,7 +662,7 @@ def _films(plant: Plant, speed: float, pressure: float) -> tuple[tuple[FilmState
     return tuple(found), float(at.h_min), ""
 
 
-def _map(plant: Plant, found: ModesOverSpeed, pressure: float) -> tuple[xr.Dataset | None, str, xr.DataArray]:
+def _map(plant: Plant, found: ModesOverSpeed) -> tuple[xr.Dataset | None, str, xr.DataArray]:
     """Undamped critical speeds over stiffness, why there are none, and the stiffness that the bearings have."""
     machine, nodes = plant.machine, [n for n in found.followed.nodes if n.pencil is not None and n.at > 0]
     values = np.full((len(machine.bearings), len(nodes), 2), np.nan)

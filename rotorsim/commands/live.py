@@ -47,7 +47,7 @@ def live(
     name: Any = scene.machine if scene else replay.machine if replay else machine
 
     def print_address(address: str, taken: int) -> None:
-        _print_address(address, port, taken, keep_open)
+        print_where(address, port, taken, keep_open)
 
     own = scene is None and replay is None and Path(machine).is_file()
     if own and browser and has_browser():  # who reads the page may not see the terminal
@@ -82,7 +82,8 @@ def _print_refused(address: str, taken: int) -> None:
     typer.echo("closing the page or Ctrl-C ends it", err=True)
 
 
-def _print_address(address: str, wanted: int, taken: int, keep_open: bool) -> None:
+def print_where(address: str, wanted: int, taken: int, keep_open: bool) -> None:
+    """Print the address of a page, and how it ends."""
     if taken != wanted:
         typer.echo(f"port {wanted} is in use, took {taken}", err=True)
     typer.echo(f"the page is at {address}")

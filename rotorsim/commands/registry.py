@@ -192,7 +192,7 @@ PANELS = {
     "Without time simulation": {
         "map": "map", "sweep": "map", "optimise": "map", "response": "linear", "campbell": "linear", "modes": "linear",
     },
-    "Machine files": {"machine": "machine", "cite": "machine"},
+    "Machine files": {"machine": "machine", "desk": "desk", "cite": "machine"},
     "Measured data": {
         "data": "data", "compare": "compare", "balance": "compare", "diagnose": "diagnosis", "hide": "diagnosis",
         "report": "report",

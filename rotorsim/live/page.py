@@ -1,6 +1,7 @@
 """Page of the live rig: a column of controls and the views that `web/views.js` draws; all windows operate one rig."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from itertools import count, groupby
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,17 @@ LIST = 2.0
 """Seconds between two listings of the folder of its files."""
 LEVERS = ("drive", "sense", "noise", "controller", BEARING)
 """Switches of the rig."""
+
+
+@contextmanager
+def page_head(title: str) -> Iterator[None]:
+    """Head of a page: its title, what is put into the block, and the switch between dark and light."""
+    dark = ui.dark_mode(value=None)
+    ui.add_css(WEB / "live.css")
+    with ui.row().classes("live-head w-full items-center gap-4"):
+        ui.label(title).classes("text-h6")
+        yield
+        ui.button("Dark / light", on_click=lambda: dark.set_value(not dark.value)).props("dense flat")
 
 
 class PageViews(Element, component="web/views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):
@@ -59,16 +71,12 @@ class Board:
         ui.timer(LIST, self._list)
 
     def _build(self) -> None:
-        dark = ui.dark_mode(value=None)
-        ui.add_css(WEB / "live.css")
-        with ui.row().classes("live-head w-full items-center gap-4"):
-            ui.label(f"rotorsim live: {self.desk.machine.name}").classes("text-h6")
+        with page_head(f"rotorsim live: {self.desk.machine.name}"):
             self._toggle("pace", "simulation speed")
             ui.button("Hit x", on_click=lambda: self.runner.strike(0)).props('dense aria-label="hit x"')
             ui.button("Hit y", on_click=lambda: self.runner.strike(1)).props('dense aria-label="hit y"')
             ui.button("Reset", on_click=self.runner.reset).props('dense outline aria-label="reset to equilibrium"')
             self._record = ui.button("Record", on_click=self._toggle_record).props('dense outline aria-label="record"')
-            ui.button("Dark / light", on_click=lambda: dark.set_value(not dark.value)).props("dense flat")
             self._state = ui.label("").props('aria-live="polite"')
         with ui.row().classes("live-page w-full items-start"):
             with ui.column().classes("live-controls"):

@@ -69,11 +69,11 @@ class Guard:
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         headers = _headers(scope)
         if not self._from_here(headers):
-            await _answer(send, 403, "this rig answers only pages of its own; open the address it printed")
+            await _answer(send, 403, "this page answers only itself; open the address that was printed")
         elif _token_in_address(scope) and hmac.compare_digest(_token_in_address(scope), self.token):
             await _welcome(send, f"{self.cookie}={self.token}; HttpOnly; SameSite=Strict; Path=/", scope["method"])
         elif not self._known(headers):
-            await _answer(send, 403, "the token is missing or wrong; open the whole address that rotorsim live printed")
+            await _answer(send, 403, "the token is missing or wrong; open the whole address that was printed")
         elif not headers.get("content-length", "0").isdecimal() or int(headers.get("content-length", "0")) > LONGEST:
             await _answer(send, 413, "the message is too long")
         elif scope["method"] != "GET" and not self._bodies.fits():
@@ -261,10 +261,10 @@ def application(desk: Desk) -> Any:
     def settings() -> Response:
         return Response(orjson.dumps(desk.runner.rig.in_force()), media_type="application/json")
 
-    return _with_page(app, lambda: Board(desk))
+    return with_page(app, lambda: Board(desk))
 
 
-def _with_page(app: Any, root: Callable[[], object]) -> Any:
+def with_page(app: Any, root: Callable[[], object], title: str = "rotorsim live") -> Any:
     """The application with a page of what `root` puts there at /; other addresses are not found."""
     from nicegui import ui
 
@@ -272,7 +272,7 @@ def _with_page(app: Any, root: Callable[[], object]) -> Any:
         root()
 
     ui.page("/")(page)
-    ui.run_with(app, title="rotorsim live", show_welcome_message=False, favicon="🌀", dark=None)
+    ui.run_with(app, title=title, show_welcome_message=False, favicon="🌀", dark=None)
     return app
 
 
@@ -304,7 +304,7 @@ def complaint(name: str, problems: Iterable[str]) -> Any:
             ui.label(problem).props('role="alert"').style("font-family: monospace; white-space: pre-wrap")
         ui.label("Correct the file and start rotorsim live again.")
 
-    return _with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
+    return with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
 
 
 def run_desk(desk: Desk, port: int, announce: Announce, show: bool, keep_open: bool) -> None:

@@ -397,8 +397,8 @@ def _parts(part: Any, path: str = "") -> Iterator[tuple[Iterable[tuple[str, str]
 
 
 def _found(problems: Iterable[tuple[str, str]], path: str = "") -> Iterator[tuple[str, str]]:
-    """Problems up to where a value is missing."""
-    with suppress(AttributeError):
+    """Problems up to where a value is missing or one that does not fit makes no number."""
+    with suppress(AttributeError, ArithmeticError, ValueError):
         for below, sentence in problems:
             yield f"{path}.{below}".strip("."), sentence
 

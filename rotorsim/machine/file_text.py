@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, MutableMapping
+import re
+from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
 from pathlib import Path
@@ -106,6 +107,106 @@ def _literal(value: Any, known: Quantity | None) -> str:
     if known is not None:
         return json.dumps(show(value, known.unit))
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+_HEADER = re.compile(r"[ \t]*\[{1,2}\s*([^\[\]#]+?)\s*\]{1,2}[ \t]*(?:#.*)?")
+"""Line that begins a table."""
+
+
+def without(text: str, path: str) -> str:
+    """TOML `text` without the value, table or entry of a list at the dotted `path`; all other bytes stay.
+
+    A comment above the next table belongs to that one. Raises MachineFileError if nothing is there.
+    """
+    expected = parse(text)
+    *above, last = path.split(".")
+    held = _descend(expected, above, path)
+    if not _has(held, last):
+        raise MachineFileError(f"{path}: is not in the file", argument=path, value=last)
+    _remove(held, last)
+    for depth in range(len(above), 0, -1):  # a table or list that is empty now has no header of its own
+        holder = _descend(expected, above[: depth - 1], path)
+        if not holder[int(above[depth - 1]) if isinstance(holder, list) else above[depth - 1]]:
+            _remove(holder, above[depth - 1])
+    lines = text.splitlines(keepends=True)
+    if place := _block(lines, path):
+        shorter = "".join([*lines[: place[0]], *lines[place[1] :]])
+        if _reads(shorter, expected):
+            return shorter
+    document = tomlkit.parse(text)
+    _remove(_descend(document, above, path), last)
+    return tomlkit.dumps(document)
+
+
+def with_copy(text: str, path: str, changes: Mapping[str, Any]) -> str:
+    """TOML `text` with a copy of an entry of a list behind it, and other values at keys of the copy."""
+    above, _, number = path.rpartition(".")
+    lines = text.splitlines(keepends=True)
+    if not number.isdecimal() or (place := _block(lines, path)) is None:
+        raise MachineFileError(f"{path}: is not a table of a list with a header of its own; copy it in an editor")
+    begin, end = place
+    copied = lines[begin:end]
+    lines[end - 1] = lines[end - 1].rstrip("\r\n") + "\n" if not lines[end - 1].endswith("\n") else lines[end - 1]
+    space = [] if not lines[end - 1].strip() else ["\n"]
+    longer = "".join([*lines[:end], *space, *copied, *lines[end:]])
+    return with_values(longer, {f"{above}.{int(number) + 1}.{key}": value for key, value in changes.items()})
+
+
+def with_table(text: str, name: str, values: Mapping[str, Any], single: bool = False) -> str:
+    """TOML `text` with one more entry of the list `name`, or with the `single` table, behind its neighbours."""
+    lines = text.splitlines(keepends=True)
+    if lines and not lines[-1].endswith("\n"):
+        lines[-1] += "\n"
+    heads = [(k, key) for k, line in enumerate(lines) if (key := _key(line))]
+    top = name.partition(".")[0]
+    own = [k for k, key in heads if key == name or key.startswith(f"{name}.")]
+    near = own or [k for k, key in heads if key.partition(".")[0] == top]
+    at = _end(lines, heads, near[-1]) if near else len(lines)
+    body = "".join(f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in values.items())
+    table = f"[{name}]\n{body}" if single else f"[[{name}]]\n{body}"
+    before = "" if not at or not lines[at - 1].strip() else "\n"
+    after = "\n" if at < len(lines) else ""
+    return "".join([*lines[:at], before, table, after, *lines[at:]])
+
+
+def _has(held: Any, key: str) -> bool:
+    return key.isdecimal() and int(key) < len(held) if isinstance(held, list) else key in held
+
+
+def _remove(held: Any, key: str) -> None:
+    del held[int(key) if isinstance(held, list) else key]
+
+
+def _reads(text: str, expected: Mapping[str, Any]) -> bool:
+    """Whether a text holds these tables."""
+    try:
+        return parse_toml(text) == expected
+    except ValueError:
+        return False
+
+
+def _key(line: str) -> str:
+    """Dotted key of a line that begins a table, else empty."""
+    match = _HEADER.fullmatch(line.rstrip("\r\n"))
+    return ".".join(part.strip().strip("\"'") for part in match[1].split(".")) if match else ""
+
+
+def _block(lines: list[str], path: str) -> tuple[int, int] | None:
+    """First line and the one behind the last of the table at a path, those below it included."""
+    heads = [(k, key) for k, line in enumerate(lines) if (key := _key(line))]
+    name, _, number = path.rpartition(".")
+    name, number = (name, number) if number.isdecimal() else (path, "0")
+    own = [k for k, key in heads if key == name]
+    return (own[int(number)], _end(lines, heads, own[int(number)])) if int(number) < len(own) else None
+
+
+def _end(lines: list[str], heads: Sequence[tuple[int, str]], begin: int) -> int:
+    """The line behind a table and those below it; comments right above the next header belong to that."""
+    name = dict(heads)[begin]
+    end = next((k for k, key in heads if k > begin and not key.startswith(f"{name}.")), len(lines))
+    while begin + 1 < end < len(lines) and lines[end - 1].lstrip().startswith("#"):
+        end -= 1
+    return end
 
 
 ANY = "*"

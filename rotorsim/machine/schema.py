@@ -17,6 +17,7 @@ from rotorsim.base import display
 from rotorsim.base.display import Card
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.files import write_text
+from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import TO_UM, advised, show
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingCoefficients
@@ -181,6 +182,22 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
     >>> next(rs.machine.rows(machine))[0]
     'name'
     """
+    for here, value, spec, doc in leaves(part, path):
+        if value is None:
+            yield here, f"not set [{advised(spec.unit)[0]}]" if spec and spec.unit != "1" else "not set", doc
+        else:
+            yield here, show(value, spec.unit) if spec else str(value), doc
+
+
+def leaves(part: Any, path: str = "") -> Iterator[tuple[str, Any, Quantity | None, str]]:
+    """Dotted path, SI value (None where it is not set), declaration and description of every field of a part.
+
+    Examples
+    --------
+    >>> from rotorsim.machine.schema import leaves
+    >>> {path: value for path, value, _, _ in leaves(machine)}["discs.0.mass"] > 0
+    True
+    """
     if isinstance(part, BearingCoefficients):
         alike = {"kyy": part.kxx, "cyy": part.cxx}
         part = part.model_copy(update={name: value for name, value in alike.items() if getattr(part, name) is None})
@@ -189,16 +206,16 @@ def rows(part: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
             continue
         here, value = f"{path}.{name}".lstrip("."), getattr(part, name, None)
         if value is None or value == ():
-            yield here, f"not set [{advised(spec.unit)[0]}]" if spec and spec.unit != "1" else "not set", doc
+            yield here, None, spec, doc
         elif isinstance(value, Part):
-            yield from rows(value, here)
+            yield from leaves(value, here)
         elif isinstance(value, dict):
             for key, parts in value.items():
-                yield from _list_rows(parts, f"{here}.{key}")
+                yield from _list_leaves(parts, f"{here}.{key}")
         elif isinstance(value, tuple) and name != "unusual":
-            yield from _list_rows(value, here)
+            yield from _list_leaves(value, here)
         else:
-            yield here, show(value, spec.unit) if spec else str(value), doc
+            yield here, value, spec, doc
 
 
 def differences(machines: Mapping[str, Machine]) -> list[dict[str, str]]:
@@ -217,7 +234,7 @@ def differences(machines: Mapping[str, Machine]) -> list[dict[str, str]]:
     return [row for row in found if len({row[name] for name in machines}) > 1]
 
 
-def _list_rows(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, str, str]]:
+def _list_leaves(parts: tuple[Any, ...], path: str) -> Iterator[tuple[str, Any, Quantity | None, str]]:
     single = len(parts) == 1 and path.startswith("effects.")
     for i, part in enumerate(parts):
-        yield from rows(part, path if single else f"{path}.{i}")
+        yield from leaves(part, path if single else f"{path}.{i}")

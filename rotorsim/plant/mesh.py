@@ -310,6 +310,18 @@ class Mesh:
 
     def shape_between(self, z: float, on_disc: bool = False) -> np.ndarray:
         """Modes (2, 2n) at any z [m], in the shapes of the element there; the mesh needs no node at z."""
+        place = float(z), on_disc
+        if place not in self._shapes:
+            self._shapes[place] = self._shape_between(*place)
+            self._shapes[place].flags.writeable = False
+        return self._shapes[place]
+
+    @cached_property
+    def _shapes(self) -> dict[tuple[float, bool], np.ndarray]:
+        """Modes by place, as they were asked for: analyses over the speed ask for the same ones at every speed."""
+        return {}
+
+    def _shape_between(self, z: float, on_disc: bool) -> np.ndarray:
         nodes = self.nodes
         if self.seat(z, on_disc)[1] or np.abs(nodes - z).min() <= SAME_PLACE:
             return self.shape(z, on_disc)

@@ -5,6 +5,7 @@ discs are of solid discs with the mass and inertia of the machine file.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from math import sin, sqrt
 
@@ -258,33 +259,109 @@ FLAT, SLEEVE = 0.01, 0.08
 """Least width of a disc and thickness of a sleeve, as shares of the shaft's length."""
 
 
-def machine_drawing(machine: Machine) -> go.Figure:
-    """The machine from the side, to scale in both directions, with a row of dimensions for each kind of part."""
-    figure, discs_at = go.Figure(), [one.position for one in machine.discs]
+@dataclass(frozen=True)
+class Shape:
+    """A part seen from the side: its path in the machine file, its kind, its corners [mm]."""
+
+    part: str
+    kind: str
+    corners: Polygon
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A part that has no size in the drawing: its path in the machine file, its kind, its place [mm]."""
+
+    part: str
+    kind: str
+    z: float
+    y: float
+
+
+@dataclass(frozen=True)
+class SideView:
+    """The machine from the side, in mm: shapes from back to front, marks, dimensions.
+
+    `rows` are the places of each row of dimensions by its name, `diameters` the ends of each section and its diameters
+    as a text; the shaft with all discs reaches from `start` to `end`, and no part is above `top`.
+    """
+
+    shapes: tuple[Shape, ...]
+    marks: tuple[Mark, ...]
+    rows: dict[str, list[float]]
+    diameters: tuple[tuple[float, float, str], ...]
+    start: float
+    end: float
+    top: float
+
+
+def side_view(machine: Machine) -> SideView:
+    """Shapes, marks and dimensions of a machine."""
+    discs_at = [one.position for one in machine.discs]
     start, end = (1e3 * f([z, *discs_at]) for f, z in ((min, machine.shaft.start), (max, machine.shaft.end)))
-    length = end - start
-    shaft, layers, bores = (list(part) for part in (_sections(machine, 1e3), _layers(machine, 1e3), _bores(machine)))
-    discs = [_solid(one, FLAT * length) for one in machine.discs]
-    sleeves = [*_sleeves(machine, 0.3 * SLEEVE * length), *_plates(machine, 1e3, FLAT * length)]
-    _boxes(figure, "arm", [_arm(one, FLAT * length) for one in machine.discs if one.arm], DISC, 1.0)
-    _boxes(figure, "disc", discs, DISC, 1.0)
-    for name, polygons, colour in (("shaft", shaft, SHAFT), ("layer", layers, LAYER), ("bore", bores, "#ffffff")):
-        _polygons(figure, name, polygons, colour, 1.0)
-    _boxes(figure, "bearing", sleeves, BEARING, 0.7)
-    top = max([box[3] for box in [*discs, *sleeves]] + [y for one in [*shaft, *layers] for _, y in one])
-    springs = [b.position * 1e3 for b in machine.bearings if b.coefficients is not None]
-    under = [_at(machine, z / 1e3, 1e3) for z in springs]
-    look = {"symbol": "triangle-up", "size": 14, "color": BEARING, "line": {"color": INK, "width": 1}}
-    figure.add_scatter(x=springs, y=[-y for y in under], mode="markers", name="bearing", hoverinfo="name+x",
-                       marker=look)  # fmt: skip
+    least = FLAT * (end - start)
+    shapes = [Shape(f"discs.{k}", "arm", _corners(_arm(d, least))) for k, d in enumerate(machine.discs) if d.arm]
+    shapes += [Shape(f"discs.{k}", "disc", _corners(_solid(d, least))) for k, d in enumerate(machine.discs)]
+    shapes += [Shape(f"shaft.sections.{k}", "shaft", one) for k, one in enumerate(_sections(machine, 1e3))]
+    shapes += [Shape(f"shaft.layers.{k // 2}", "layer", one) for k, one in enumerate(_layers(machine, 1e3))]
+    shapes += [Shape(f"shaft.sections.{k}", "bore", one) for k, one in _bores(machine)]
+    sleeves = list(_sleeves(machine, 0.3 * SLEEVE * (end - start)))
+    shapes += [
+        Shape(f"bearings.{machine.film_bearings[k // 2]}", "bearing", _corners(one)) for k, one in enumerate(sleeves)
+    ]
+    plates = list(_plates(machine, 1e3, least))
+    shapes += [Shape(f"thrust_bearings.{k // 2}", "bearing", _corners(one)) for k, one in enumerate(plates)]
+    top = max(y for one in shapes if one.kind != "arm" for _, y in one.corners)
     planes = sorted({round(probe_plane(machine).begin, 6)}
                     | {round(p.position, 6) for p in machine.probes if p.position is not None})  # fmt: skip
-    figure.add_scatter(x=[z * 1e3 for z in planes], y=[1.12 * top] * len(planes), mode="markers", name="probe",
-                       marker={"symbol": "diamond-tall", "size": 13, "color": PROBE}, hoverinfo="name+x")  # fmt: skip
+    marks = [
+        Mark(f"bearings.{k}", "spring", b.position * 1e3, -_at(machine, b.position, 1e3))
+        for k, b in enumerate(machine.bearings) if b.coefficients is not None
+    ]  # fmt: skip
+    marks += [Mark(f"point_masses.{k}", "mass", m.position * 1e3, 0.0) for k, m in enumerate(machine.point_masses)]
+    marks += [Mark(_probe_at(machine, z), "probe", z * 1e3, 1.12 * top) for z in planes]
+    rows = _dimension_rows(machine, planes)
+    return SideView(tuple(shapes), tuple(marks), rows, tuple(_pieces(machine)), start, end, top)
+
+
+def _probe_at(machine: Machine, z: float) -> str:
+    """Path of the probe at z [m]; `probe` for the measuring plane."""
+    found = (k for k, p in enumerate(machine.probes) if p.position is not None and round(p.position, 6) == z)
+    number = next(found, None)
+    return "probe" if number is None else f"probes.{number}"
+
+
+def _corners(box: Box) -> Polygon:
+    left, right, low, high = box
+    return [(left, low), (right, low), (right, high), (left, high)]
+
+
+LOOKS = {
+    "arm": ("arm", DISC, 1.0), "disc": ("disc", DISC, 1.0), "shaft": ("shaft", SHAFT, 1.0),
+    "layer": ("layer", LAYER, 1.0), "bore": ("bore", "#ffffff", 1.0), "bearing": ("bearing", BEARING, 0.7),
+}  # fmt: skip
+"""Name, colour and opacity of a kind of shape in a drawing, from back to front."""
+
+
+def machine_drawing(machine: Machine) -> go.Figure:
+    """The machine from the side, to scale in both directions, with a row of dimensions for each kind of part."""
+    figure, view = go.Figure(), side_view(machine)
+    start, length, top = view.start, view.end - view.start, view.top
+    for kind, (name, colour, opacity) in LOOKS.items():
+        _polygons(figure, name, [one.corners for one in view.shapes if one.kind == kind], colour, opacity)
+    edge = {"color": INK, "width": 1}
+    for kind, name, look in (
+        ("spring", "bearing", {"symbol": "triangle-up", "size": 14, "color": BEARING, "line": edge}),
+        ("mass", "point mass", {"size": 9, "color": INK}),
+        ("probe", "probe", {"symbol": "diamond-tall", "size": 13, "color": PROBE}),
+    ):  # fmt: skip
+        own = [mark for mark in view.marks if mark.kind == kind]
+        figure.add_scatter(x=[one.z for one in own], y=[one.y for one in own], mode="markers", name=name,
+                           hoverinfo="name+x", marker=look)  # fmt: skip
     room = MARGIN * length
     pixel = (length + 2.4 * room) / PAPER
-    _diameters(figure, machine, length)
-    low = _dimensions(figure, machine, planes, top, pixel)
+    _diameters(figure, view)
+    low = _dimensions(figure, view, pixel)
     figure.add_shape(type="line", x0=start - room / 2, x1=start + length + room / 2, y0=0, y1=0,
                      line={"color": INK, "width": 0.8, "dash": "dashdot"})  # fmt: skip
     style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60), hovermode="closest", dragmode=False)
@@ -296,13 +373,13 @@ def machine_drawing(machine: Machine) -> go.Figure:
     return figure
 
 
-def _bores(machine: Machine) -> Iterator[Polygon]:
-    """The bores of the sections in mm."""
-    for z, one in machine.shaft.placed:
+def _bores(machine: Machine) -> Iterator[tuple[int, Polygon]]:
+    """Numbers of the sections that have a bore, and the bores in mm."""
+    for k, (z, one) in enumerate(machine.shaft.placed):
         if max(one.inner) > 0:
             left, right = (diameter * 500 for diameter in one.inner)
             a, b = z * 1e3, (z + one.length) * 1e3
-            yield [(a, -left), (b, -right), (b, right), (a, left)]
+            yield k, [(a, -left), (b, -right), (b, right), (a, left)]
 
 
 def _pieces(machine: Machine) -> Iterator[tuple[float, float, str]]:
@@ -329,17 +406,8 @@ def _sleeves(machine: Machine, thickness: float) -> Iterator[Box]:
         yield from ((left, right, -inner - thickness, -inner), (left, right, inner, inner + thickness))
 
 
-def _diameters(figure: go.Figure, machine: Machine, length: float) -> None:
-    """Diameters of the sections that are long enough for the number, as seen between the discs and sleeves."""
-    for left, right, text in _pieces(machine):
-        if right - left > 2 * WRITTEN * length:
-            figure.add_annotation(
-                x=0.5 * (left + right), y=0.0, text=text, showarrow=False, bgcolor="rgba(255,255,255,0.75)"
-            )
-
-
-def _dimensions(figure: go.Figure, machine: Machine, planes: Sequence[float], top: float, pixel: float) -> float:
-    """Rows of dimensions below the machine; the lowest place [mm] that they take."""
+def _dimension_rows(machine: Machine, planes: Sequence[float]) -> dict[str, list[float]]:
+    """Places [mm] of every row of dimensions that has more than one; `planes` [m] are those of the probes."""
     start, end = machine.shaft.start * 1e3, machine.shaft.end * 1e3
     rows = {
         "sections": [start, *(right for _, right, _ in _pieces(machine))],
@@ -350,11 +418,25 @@ def _dimensions(figure: go.Figure, machine: Machine, planes: Sequence[float], to
     }  # fmt: skip
     if len(machine.shaft.sections) == 1:
         del rows["sections"]
-    y = -1.1 * top
-    for name, places in rows.items():
-        if len(places) > 1:
-            y -= ROW * pixel
-            _dimension_row(figure, name, np.unique(np.round(places, 6)).tolist(), y, pixel)
+    ordered = {name: np.unique(np.round(places, 6)).tolist() for name, places in rows.items()}
+    return {name: places for name, places in ordered.items() if len(places) > 1}
+
+
+def _diameters(figure: go.Figure, view: SideView) -> None:
+    """Diameters of the sections that are long enough for the number, as seen between the discs and sleeves."""
+    for left, right, text in view.diameters:
+        if right - left > 2 * WRITTEN * (view.end - view.start):
+            figure.add_annotation(
+                x=0.5 * (left + right), y=0.0, text=text, showarrow=False, bgcolor="rgba(255,255,255,0.75)"
+            )
+
+
+def _dimensions(figure: go.Figure, view: SideView, pixel: float) -> float:
+    """Rows of dimensions below the machine; the lowest place [mm] that they take."""
+    y = -1.1 * view.top
+    for name, places in view.rows.items():
+        y -= ROW * pixel
+        _dimension_row(figure, name, places, y, pixel)
     return y - ROW * pixel
 
 

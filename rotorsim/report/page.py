@@ -284,14 +284,14 @@ def _plain_block(block: Block) -> Plain:
     return {
         "title": micrometres(block.title), "text": micrometres(block.text),
         "texts": [micrometres(text) for text in block.texts],
-        "heads": [micrometres(label(head)) for head in block.heads], "rows": [_cells(row, units) for row in block.rows],
+        "heads": [micrometres(label(head)) for head in block.heads], "rows": [cells(row, units) for row in block.rows],
         "code": block.code,
         "legend": [[micrometres(text), colour] for text, colour in block.legend], "link": block.link,
         "anchor": block.anchor, "folded": block.folded, "figure": None if block.figure is None else _figure(block),
     }  # fmt: skip
 
 
-def _cells(row: Sequence[Any], units: Sequence[str | None]) -> list[str]:
+def cells(row: Sequence[Any], units: Sequence[str | None] = ()) -> list[str]:
     """Cells as texts, below heads with these metric units; a row of another length has none."""
     texts = ["-" if v is None else _number(v) if isinstance(v, float) else str(v) for v in row]
     own = units if len(units) == len(texts) else [None] * len(texts)

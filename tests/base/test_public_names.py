@@ -29,7 +29,7 @@ def public(name):
 def test_the_packages_that_users_reach_for_are_there():
     assert {"control", "analysis", "report", "discrepancy", "campaign", "experiments", "verify", "balance", "live",
             "machine", "plant", "errors", "signals", "effects", "fmu", "identification", "fe_shaft",
-            "reynolds", "study"} == set(PACKAGES)  # fmt: skip
+            "reynolds", "study", "desk"} == set(PACKAGES)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", PACKAGES)

@@ -31,7 +31,12 @@ UNIT = {"speed": 30 / 3.141592653589793, "pressure": 1e-6, "impulse": 1e3, "acce
 
 def start(folder, *options):
     """A rig as a user would start it, and its address."""
-    command = [sys.executable, "-m", "rotorsim", "live", *COARSE, "--no-browser", "--out", str(folder), *options]
+    return serve("live", *COARSE, "--no-browser", "--out", str(folder), *options)
+
+
+def serve(*words):
+    """A command that serves a page, and the address of that."""
+    command = [sys.executable, "-m", "rotorsim", *words]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (ROOT, os.environ.get("PYTHONPATH"))))}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     line = process.stdout.readline()
@@ -40,10 +45,10 @@ def start(folder, *options):
 
 
 class Started:
-    """A rig that was started: its address, and what it writes to stderr."""
+    """A command that serves a page and was started: its address, and what it writes to stderr."""
 
-    def __init__(self, folder, *options):
-        self.process, self.address = start(folder, *options)
+    def __init__(self, folder, *options, command=start):
+        self.process, self.address = command(folder, *options)
         self.lines = []
         threading.Thread(target=lambda: self.lines.extend(self.process.stderr), daemon=True).start()
 

@@ -170,6 +170,7 @@ COMMANDS = (
 ELSEWHERE = {
     ("study", "identification-vs-physics"): "test_studies.py: a study takes minutes to hours",
     ("machine", "table"): "tests/machine/test_rotor_import.py: it changes one file in place",
+    ("desk",): "tests/desk: it writes on what is typed in its page",
     ("live",): "test_recorder.py; it writes on a click in its page (tests/live)",
 }
 """Commands that write and are disturbed in another file."""

@@ -1,0 +1,367 @@
+"""A design: the text of a machine file with its edits, each of which can be undone to the byte.
+
+An edit that brings a problem that was not there before is refused with its sentence, and the text stays; so a design
+that was valid remains valid, and a file with faults can be mended one by one. Undo and redo keep texts. Every edit is
+written beside the file at once; the file itself is written on demand, and not where somebody else has changed it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from math import pi
+from pathlib import Path
+from typing import Any
+
+from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.files import write_text
+from rotorsim.base.quantity import Quantity
+from rotorsim.base.units import advised, show, split
+from rotorsim.machine import machine_text, shipped_machines
+from rotorsim.machine.file_text import parse, read_text, with_copy, with_table, with_value, without
+from rotorsim.machine.schema import Machine, leaves
+
+BESIDE = ".edits"
+"""Ending of the file, beside that of the machine, that holds edits which are not saved."""
+SHIFT = 0.05
+"""Distance of a copied part from the first one, over the shaft's length."""
+
+
+class RefusedError(DataError):
+    """An edit that is not taken: a sentence about the value at a path of the machine file."""
+
+
+class FileChangedError(DataError):
+    """The machine file was changed by somebody else since it was read or written here."""
+
+
+@dataclass(eq=False)
+class Design:
+    """A machine's text, the last machine that it described, its file and the texts before and after.
+
+    `disk` is what the file held when it was read or written here, None while there is no file.
+    """
+
+    text: str
+    path: Path
+    disk: str | None = None
+    machine: Machine | None = None
+    problems: tuple[str, ...] = ()
+    revision: int = 0
+    before: list[str] = field(default_factory=list)
+    after: list[str] = field(default_factory=list)
+    burst: tuple[str, str] = ("", "")
+
+    def __post_init__(self) -> None:
+        self.machine, self.problems = _read(self.text)
+
+    def set(self, path: str, typed: str, burst: str = "") -> None:
+        """Take what was typed into the field of a path; empty takes the value out.
+
+        Edits of one path in one burst, as of one field while it has the keyboard, are undone together.
+        """
+        typed = typed.strip()
+        old = _at(self.tables, path)
+        if not typed and old is None:
+            return
+        if typed and old is not None and typed == _shown(old):
+            return
+
+        def make() -> str:
+            return with_value(self.text, path, self._value(path, typed)) if typed else without(self.text, path)
+
+        self._edit(make, path, typed, (path, burst) if burst else ("", ""))
+
+    def add(self, kind: str) -> str:
+        """Add a part of a kind, a key of `NEW`, in the middle of the shaft; its path."""
+        values = NEW[kind](self._drawn())
+        single = kind.startswith("effects.")
+        if single and _at(self.tables, kind) is not None:
+            raise RefusedError(f"{kind}: is there already; change its values", argument=kind, value=kind)
+        self._edit(lambda: with_table(self.text, kind, values, single), kind, kind)
+        return kind if single else f"{kind}.{len(_at(self.tables, kind)) - 1}"
+
+    def copy(self, path: str) -> str:
+        """Copy a part, next to itself where it has a place, under another name where it has one; its path."""
+        table, machine = _at(self.tables, path), self._drawn()
+        if not isinstance(table, Mapping):
+            raise RefusedError(f"{path}: is not in the file; choose a part of the list", argument=path, value=path)
+        changes: dict[str, Any] = {}
+        if "position" in table:
+            changes = _moved(machine, path, table)
+        if "name" in table:
+            changes["name"] = _free_name(str(table["name"]), _at(self.tables, path.rpartition(".")[0]))
+        self._edit(lambda: with_copy(self.text, path, changes), path, "copy")
+        above, _, number = path.rpartition(".")
+        return f"{above}.{int(number) + 1}"
+
+    def delete(self, path: str) -> None:
+        """Take a part out of the file, with the comments in it."""
+        self._edit(lambda: without(self.text, path), path, "delete")
+
+    def undo(self) -> None:
+        """The text before the last edit."""
+        if self.before:
+            self.after.append(self.text)
+            self._become(self.before.pop())
+
+    def redo(self) -> None:
+        """The text before the last undo."""
+        if self.after:
+            self.before.append(self.text)
+            self._become(self.after.pop())
+
+    def replace(self, text: str) -> None:
+        """Another text altogether, as one edit."""
+        self.before.append(self.text)
+        self.after.clear()
+        self._become(text)
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The tables of the text, as they are written."""
+        return parse(self.text)
+
+    @property
+    def saved(self) -> bool:
+        """Whether the file holds the text."""
+        return self.text == self.disk
+
+    @property
+    def beside(self) -> Path:
+        """The file of edits that are not saved."""
+        return self.path.with_name(self.path.name + BESIDE)
+
+    def changed_on_disk(self) -> bool:
+        """Whether the file is not what it was when it was read or written here."""
+        return _on_disk(self.path) != self.disk
+
+    def save(self, path: Path | None = None, anyway: bool = False) -> None:
+        """Write the file, or another one from now on; raises FileChangedError where that has another content."""
+        known = self.disk if path is None or path == self.path else None
+        target = path or self.path
+        there = _on_disk(target)
+        if there not in (None, known, self.text) and not anyway:
+            way = "take it over, replace it or save elsewhere"
+            raise FileChangedError(f"{target}: was changed by somebody else; {way}", argument="file", value=str(target))
+        write_text(target, self.text)
+        self._forget_edits()
+        self.path, self.disk = target, self.text
+
+    def take_disk(self) -> None:
+        """The text that the file has now, as one edit."""
+        self.disk = _on_disk(self.path)
+        if self.disk is not None:
+            self.replace(self.disk)
+
+    def _drawn(self) -> Machine:
+        if self.machine is None:
+            raise RefusedError(f"{self.problems[0]}; mend that first", argument="machine", value=self.path.name)
+        return self.machine
+
+    def _value(self, path: str, typed: str) -> Any:
+        """The value of a machine file for what was typed: a bare number has the unit that the field shows."""
+        declared = next((spec for here, _, spec, _ in self._leaves() if here == path), None)
+        old = _at(self.tables, path)
+        number = _number(typed)
+        if declared is None:
+            unit = split(old)[1] if isinstance(old, str) and _number(split(old)[0]) is not None else ""
+            if unit and number is not None:
+                return f"{typed} {unit}"
+            return number if number is not None and not isinstance(old, str) and old is not None else typed
+        if declared.unit == "1":
+            return typed if number is None or declared.choices else number
+        return f"{typed} {unit_of(old, declared)}" if number is not None else typed
+
+    def _leaves(self) -> Iterator[tuple[str, Any, Quantity | None, str]]:
+        return leaves(self.machine) if self.machine is not None else iter(())
+
+    def _edit(self, make: Callable[[], str], path: str, typed: str, burst: tuple[str, str] = ("", "")) -> None:
+        """Take the text that `make` makes unless it brings a problem that was not there."""
+        try:
+            text = make()
+            if text == self.text:
+                return
+            machine, problems = _read(text)
+        except MachineFileError as error:
+            raise RefusedError(str(error), argument=path, value=typed) from error
+        new = [one for one in problems if one not in self.problems]
+        if new and (self.machine is not None or len(problems) > len(self.problems)):
+            raise RefusedError(new[0], argument=path, value=typed)
+        if not burst[1] or burst != self.burst or not self.before:
+            self.before.append(self.text)
+        self.after.clear()
+        self._become(text, (machine, problems))
+        self.burst = burst
+
+    def _become(self, text: str, read: tuple[Machine | None, tuple[str, ...]] | None = None) -> None:
+        machine, self.problems = read or _read(text)
+        self.text, self.burst = text, ("", "")
+        self.machine = machine or self.machine
+        self.revision += 1
+        if self.saved:
+            self._forget_edits()
+        else:
+            write_text(self.beside, text)
+
+    def _forget_edits(self) -> None:
+        with suppress(OSError):
+            self.beside.unlink(missing_ok=True)
+
+
+def open_design(name: str | Path, folder: str | Path = ".") -> Design:
+    """The design of a machine file, or a new one in `folder` of a shipped machine of that name.
+
+    Raises MachineFileError where the name is neither.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> design = rs.desk.open_design("plain_rotor", tmp_path)
+    >>> design.set("discs.0.mass", "5")
+    >>> design.machine.discs[0].mass
+    5.0
+    """
+    if str(name) in shipped_machines():
+        return Design(machine_text(name), Path(folder) / f"{name}.toml")
+    text = machine_text(name)
+    parse(text)
+    return Design(text, Path(name), text)
+
+
+def unsaved_edits(design: Design) -> str | None:
+    """The text with edits that an earlier desk has left beside the file; None where there is none."""
+    text = _on_disk(design.beside)
+    return None if text is None or text == design.text else text
+
+
+def unit_of(written: Any, declared: Quantity) -> str:
+    """Unit of a value as it is written; the usual one where there is none."""
+    unit = split(written)[1] if isinstance(written, str) else ""
+    return unit or advised(declared.unit)[0]
+
+
+def _read(text: str) -> tuple[Machine | None, tuple[str, ...]]:
+    """The machine of a text, or None and its problems."""
+    try:
+        return Machine.from_text(text), ()
+    except MachineFileError as error:
+        return None, error.problems
+
+
+def _on_disk(path: Path) -> str | None:
+    """Text of a file; None where there is none, or none that can be read."""
+    if not path.is_file():
+        return None
+    try:
+        return read_text(path)
+    except MachineFileError:
+        return ""
+
+
+def _at(tables: Any, path: str) -> Any:
+    """What is written at a path; None where nothing is."""
+    here = tables
+    for key in path.split("."):
+        if isinstance(here, list):
+            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
+        elif isinstance(here, Mapping):
+            here = here.get(key, here if key == "0" else None)
+        else:
+            return None
+    return here
+
+
+def _shown(written: Any) -> str:
+    """A written value as its field shows it: without its unit."""
+    digits = split(written)[0] if isinstance(written, str) and _number(split(written)[0]) is not None else written
+    return str(digits)
+
+
+def _number(text: str) -> int | float | None:
+    """A number that was typed; None for anything else."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return None
+
+
+def _moved(machine: Machine, path: str, table: Mapping[str, Any]) -> dict[str, str]:
+    """Place of the copy of a part, 5 % of the shaft to the right, or to the left where the shaft ends before."""
+    part: Any = machine
+    for key in path.split("."):
+        part = part[int(key)] if key.isdecimal() else part[key] if isinstance(part, Mapping) else getattr(part, key)
+    step = SHIFT * machine.shaft.length
+    step = step if part.position + step <= machine.shaft.end else -step
+    names = [name for name in ("position", "seat") if name in table]
+    return {name: show(float(f"{getattr(part, name) + step:.4g}"), "m") for name in names}
+
+
+def _free_name(name: str, parts: Any) -> str:
+    """A name that no part of the list has."""
+    taken = {one.get("name") for one in parts if isinstance(one, Mapping)} if isinstance(parts, list) else {name}
+    stem, number = name.rstrip("0123456789") or name, 2
+    while f"{stem}{number}" in taken:
+        number += 1
+    return f"{stem}{number}"
+
+
+def _middle(machine: Machine) -> str:
+    return show(float(f"{0.5 * (machine.shaft.start + machine.shaft.end):.4g}"), "m")
+
+
+def _beside_bearings(machine: Machine) -> str:
+    """A place on the shaft at which no bearing stands, near its middle."""
+    shaft = machine.shaft
+    places = [b.position for b in machine.bearings]
+    tried = (shaft.start + share * shaft.length for share in (0.5, 0.4, 0.6, 0.3, 0.7, 0.45, 0.55))
+    free = next(z for z in tried if all(abs(z - at) > 1e-3 * shaft.length for at in places))
+    return show(float(f"{free:.4g}"), "m")
+
+
+def _section(machine: Machine) -> dict[str, Any]:
+    last = machine.shaft.sections[-1]
+    return {"length": show(float(f"{0.1 * machine.shaft.length:.2g}"), "m"), "outer_diameter": show(last.outer[1], "m")}
+
+
+def _layer(machine: Machine) -> dict[str, Any]:
+    at = float(f"{0.5 * (machine.shaft.start + machine.shaft.end):.4g}")
+    inner = machine.shaft.outer_diameter(at)
+    return {"position": show(at, "m"), "length": show(float(f"{0.05 * machine.shaft.length:.2g}"), "m"),
+            "inner_diameter": show(inner, "m"), "outer_diameter": show(float(f"{1.2 * inner:.4g}"), "m")}  # fmt: skip
+
+
+def _disc(machine: Machine) -> dict[str, Any]:
+    """A solid steel disc five times as wide as the shaft there and as long as a tenth of that."""
+    z = 0.5 * (machine.shaft.start + machine.shaft.end)
+    diameter = 5 * machine.shaft.outer_diameter(z)
+    width = 0.1 * diameter
+    mass = 7850.0 * 0.25 * pi * diameter**2 * width
+    inertias = mass * diameter**2 / 8, mass * (diameter**2 / 16 + width**2 / 12)
+    texts = [
+        show(float(f"{value:.4g}"), unit)
+        for value, unit in zip((mass, *inertias), ("kg", "kg*m^2", "kg*m^2"), strict=True)
+    ]
+    return {"position": _middle(machine)} | dict(
+        zip(("mass", "polar_inertia", "diametral_inertia"), texts, strict=True)
+    )
+
+
+def _probe(machine: Machine) -> dict[str, Any]:
+    return {"name": _free_name("probe_", [{"name": p.name} for p in machine.probes]), "angle": "45 deg",
+            "quantity": "relative_displacement", "position": _middle(machine)}  # fmt: skip
+
+
+NEW: dict[str, Callable[[Machine], dict[str, Any]]] = {
+    "shaft.sections": _section,
+    "shaft.layers": _layer,
+    "discs": _disc,
+    "point_masses": lambda machine: {"position": _middle(machine), "mass": "0.1 kg"},
+    "bearings": lambda machine: {"kind": "linear", "position": _beside_bearings(machine), "kxx": "10 MN/m",
+                                 "cxx": "1 kN*s/m"},
+    "probes": _probe,
+    "effects.unbalance": lambda machine: {"me": "10 g*mm"},
+    "effects.gravity": lambda machine: {"acceleration": "9.81 m/s^2"},
+}  # fmt: skip
+"""Values of a new part by its kind, the list or table of the machine file to which it is added."""

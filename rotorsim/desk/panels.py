@@ -1,0 +1,352 @@
+"""Answers about a design, each a panel of the page: curves and tables as plain data.
+
+Every number is that of a public function of `rotorsim.analysis`, and every text in a table that of the page of its
+result; nothing is computed here. `PANELS` has the panels by name in the order in which they are answered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rotorsim.analysis import campbell, design_review, mode_shapes, static_deflection, unbalance_response
+from rotorsim.analysis.campbell import modes_line, searched_line, top_speed
+from rotorsim.analysis.design_review import AROUND, MET, MISSED, DesignReview, deflected_line
+from rotorsim.base.rounding import DAMPED
+from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
+from rotorsim.machine.schema import Machine
+from rotorsim.plant import Plant
+from rotorsim.report.design import SIGNS, answered, asked, tables
+from rotorsim.report.linear import criticals, distinct, peaks, warned
+from rotorsim.report.page import cells
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STEPS, FINER = 20, 40
+"""Steps of the speeds of a Campbell diagram and of a response."""
+SHOWN, COLOURS = 8, 6
+"""Branches of a Campbell diagram, and those with a colour of their own."""
+DRAWN = 4
+"""Mode shapes."""
+DIGITS = 5
+"""Digits of a value in a curve."""
+SUPPLY = 0.5 * MPA
+"""Gauge supply pressure [Pa] at first."""
+
+
+@dataclass(frozen=True)
+class DeskPoint:
+    """Speed [rpm] up to which answers reach, that of the mode shapes, and gauge supply pressure [MPa].
+
+    None is the machine's own: `top_speed` of its analyses, for both speeds.
+    """
+
+    top: float | None = None
+    speed: float | None = None
+    supply: float = SUPPLY / MPA
+
+
+@dataclass(frozen=True, eq=False)
+class DesignCase:
+    """A machine at an operating point, with the results that panels share; each is computed when it is first asked for.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> case = rs.desk.DesignCase(rs.load_machine("plain_rotor"))
+    >>> case.campbell.sizes["branch"]
+    8
+    """
+
+    machine: Machine
+    point: DeskPoint = DeskPoint()
+
+    @cached_property
+    def plant(self) -> Plant:
+        """The machine, ready to be analysed."""
+        return Plant(self.machine)
+
+    @property
+    def pressure(self) -> float:
+        """Gauge supply pressure [Pa]; 0 for a machine without feed."""
+        return self.point.supply * MPA if self.machine.fed else 0.0
+
+    @cached_property
+    def top(self) -> float:
+        """Speed [rpm] up to which the answers reach, to two decimals."""
+        return round(top_speed(self.plant) * TO_RPM, 2) if self.point.top is None else self.point.top
+
+    @property
+    def speed(self) -> float:
+        """Speed [rpm] of the mode shapes."""
+        return self.top if self.point.speed is None else self.point.speed
+
+    @cached_property
+    def response_speeds(self) -> list[float]:
+        """Speeds [rpm] of the response: even steps, and more next to the critical speeds that it passes."""
+        at, zeta = (self.campbell[f"critical_{name}"].values for name in ("speed", "zeta"))
+        at, zeta = at[self.campbell["critical_order"].values == 1], zeta[self.campbell["critical_order"].values == 1]
+        near = [speed * TO_RPM * (1 + k * max(z, 1e-4)) for speed, z in zip(at, zeta, strict=True) for k in AROUND]
+        every = np.unique(np.round([*np.linspace(0.0, self.top, FINER + 1)[1:], *near], 2))
+        return [float(one) for one in every if 0 < one <= self.top]
+
+    @cached_property
+    def campbell(self) -> xr.Dataset:
+        """Campbell diagram."""
+        return campbell(self.plant, np.linspace(0.0, self.top, STEPS + 1) * RPM, self.pressure, SHOWN)
+
+    @cached_property
+    def response(self) -> xr.Dataset:
+        """Response to unbalance."""
+        return unbalance_response(self.plant, np.array(self.response_speeds) * RPM, self.pressure)
+
+    @cached_property
+    def modes(self) -> xr.Dataset:
+        """Mode shapes."""
+        return mode_shapes(self.plant, self.speed * RPM, self.pressure)
+
+    @cached_property
+    def static(self) -> xr.Dataset:
+        """Static deflection."""
+        return static_deflection(self.plant)
+
+    @cached_property
+    def review(self) -> DesignReview:
+        """Design review at the machine's own operating speed."""
+        return design_review(self.plant, pressure=self.pressure)
+
+
+Plain = dict[str, Any]
+PANELS: dict[str, Callable[[DesignCase], Plain]] = {}
+"""Makers of panels by name, in the order of the page."""
+TITLES: dict[str, str] = {}
+"""Titles of the panels by name."""
+SLOW = ("map", "films")
+"""Panels that are answered after all others, and when they are on view."""
+
+
+def panel(name: str, title: str) -> Callable[[Callable[[DesignCase], Plain]], Callable[[DesignCase], Plain]]:
+    """Decorator: register the maker of a panel."""
+
+    def register(make: Callable[[DesignCase], Plain]) -> Callable[[DesignCase], Plain]:
+        PANELS[name], TITLES[name] = make, title
+        return make
+
+    return register
+
+
+def answer(case: DesignCase, name: str) -> Plain:
+    """A panel of a case as plain data: curves, table, sentences.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.desk.answer(rs.desk.DesignCase(rs.load_machine("plain_rotor")), "static")["heads"]
+    ['bearing', 'static load [N]']
+    """
+    return {"title": TITLES[name]} | PANELS[name](case)
+
+
+@panel("campbell", "Campbell diagram")
+def _campbell(case: DesignCase) -> Plain:
+    found = case.campbell
+    speed = found["speed"].values * TO_RPM
+    curves = [
+        _curve(
+            f"mode {k + 1}",
+            speed,
+            found["wn"].values[k] * TO_HZ,
+            k,
+            k >= COLOURS,
+            marks=_senses(found["whirl"].values[k]),
+        )
+        for k in range(found.sizes["branch"])
+    ]
+    inside = (found["critical_speed"].values <= speed[-1] * RPM) & (found["critical_order"].values == 1)
+    rpm = found["critical_speed"].values[inside] * TO_RPM
+    top = float(np.nanmax(found["wn"].values, initial=0.0)) * TO_HZ
+    curves.append(_curve("1X", speed[[0, -1]], speed[[0, -1]] / 60, -1, dash=True))
+    heads = ["order", "speed [rpm]", "natural frequency", "damping ratio", "amplification", "whirl", "mode"]
+    return {
+        "x": {"label": "speed [rpm]", "range": [0.0, float(speed[-1])]},
+        "y": {"label": "natural frequency [Hz]", "range": [0.0, min(1.05 * top, 4.0 * float(speed[-1]) / 60) or 1.0]},
+        "curves": curves, "rings": [_plain(rpm), _plain(rpm / 60)],
+        "bands": _growth(found), "heads": heads, "rows": [cells(row) for row in criticals(found)],
+        "notes": [f"Modes: {modes_line(found)}.", f"Critical speeds are searched from {searched_line(found)}."],
+    }  # fmt: skip
+
+
+@panel("response", "Unbalance response")
+def _response(case: DesignCase) -> Plain:
+    found = case.response
+    speed = found["speed"].values * TO_RPM
+    steady = found["zeta_least"].values >= -DAMPED
+    curves = [
+        _curve(place, speed, np.where(steady, found["major"].sel(place=place).values, np.nan) * TO_UM, k)
+        for k, place in enumerate(distinct(found))
+    ]
+    heads = ["place", "speed [rpm]", "size [\N{MICRO SIGN}m 0-pk]", "may be larger beyond"]
+    return {
+        "x": {"label": "speed [rpm]", "range": [0.0, float(speed[-1])]},
+        "y": {"label": "major half axis [\N{MICRO SIGN}m 0-pk]", "zero": True},
+        "curves": curves, "bands": _growth(found), "heads": heads, "rows": [cells(row) for row in peaks(found)],
+        "notes": [f"Unbalance: {found.attrs['unbalance']}.{warned(found)}"],
+    }  # fmt: skip
+
+
+@panel("modes", "Mode shapes")
+def _modes(case: DesignCase) -> Plain:
+    found = case.modes.isel(mode=slice(DRAWN))
+    shape = found["shape_re"].values + 1j * found["shape_im"].values
+    z = found["z"].values * 1e3
+    curves = [_curve(f"mode {k + 1}", z, deflected_line(*shape[k].T), k) for k in range(len(shape))]
+    rows = [
+        (str(k + 1), float(found["wn"][k]) * TO_HZ, float(found["zeta"][k]), str(found["whirl"].values[k]))
+        for k in range(len(shape))
+    ]
+    return {
+        "x": {"label": "position along the shaft [mm]", "range": [float(z[0]), float(z[-1])]},
+        "y": {"label": "deflected line", "range": [-1.1, 1.1]}, "curves": curves,
+        "heads": ["mode", "frequency [Hz]", "damping ratio", "whirl"], "rows": [cells(row) for row in rows],
+        "notes": [f"At {case.speed:g} rpm."],
+    }  # fmt: skip
+
+
+@panel("static", "Static deflection")
+def _static(case: DesignCase) -> Plain:
+    found = case.static
+    z = found["z"].values * 1e3
+    loads = zip(found["bearing"].values.tolist(), found["load"].values.tolist(), strict=True)
+    return {
+        "x": {"label": "position along the shaft [mm]", "range": [float(z[0]), float(z[-1])]},
+        "y": {"label": "sag [\N{MICRO SIGN}m]", "zero": True, "down": True},
+        "curves": [_curve("under its weight", z, found["sag"].values * TO_UM, 0)],
+        "heads": ["bearing", "static load [N]"], "rows": [cells(row) for row in loads],
+        "notes": ["On the bearings' nominal stiffness; housings stand still."],
+    }  # fmt: skip
+
+
+@panel("limits", "What limits this design")
+def _limits(case: DesignCase) -> Plain:
+    review = case.review
+    known = sorted((c for c in review.checks if isfinite(c.reserve)), key=lambda c: c.reserve)
+    rest = [c for c in review.checks if not isfinite(c.reserve)]
+    rows = [
+        (c.name, asked(c), answered(c), f"{100 * c.reserve:+.0f} %" if isfinite(c.reserve) else "-", SIGNS[c.verdict])
+        for c in (*known, *rest)
+    ]
+    missed = sum(c.verdict == MISSED for c in review.checks)
+    met = sum(c.verdict == MET for c in review.checks)
+    return {
+        "heads": ["requirement", "asked", "found", "reserve", "verdict"], "rows": [cells(row) for row in rows],
+        "notes": [f"At {review.high * TO_RPM:.0f} rpm by API 617/684 and ISO rules: {missed} not met, {met} met, "
+                  f"{len(review.checks) - met - missed} not looked at. The nearest limit comes first."],
+    }  # fmt: skip
+
+
+@panel("map", "Undamped critical speeds")
+def _map(case: DesignCase) -> Plain:
+    review = case.review
+    found, stiffness = review.undamped, review.stiffness
+    if found is None:
+        return {"notes": [f"Not looked at: {review.no_map}"]}
+    curves = [
+        _curve(f"mode {k + 1}", found["stiffness"].values, found["wn"].values[k] * TO_RPM, k)
+        for k in range(found.sizes["mode"])
+    ]
+    speeds = stiffness["speed"].values * TO_RPM
+    for name in stiffness["bearing"].values.tolist():
+        for axis in "xy":
+            K = stiffness.sel(bearing=name, axis=axis).values
+            if (K > 0).any():
+                curves.append(_curve(f"{name} K{axis}{axis}", np.where(K > 0, K, np.nan), speeds, -1, dash=axis == "y"))
+    low, high = float(np.nanmin(found["wn"].values)) * TO_RPM / 1.5, 1.5 * review.high * TO_RPM
+    ends = found["stiffness"].values[[0, -1]].tolist()
+    return {
+        "x": {"label": "stiffness of a bearing [N/m]", "log": True, "range": ends},
+        "y": {"label": "critical speed [rpm]", "log": True, "range": [low, max(high, 3 * low)]}, "curves": curves,
+        "notes": ["Of the rotor on bearings of one stiffness each; the bearings' own over the speed in grey."],
+    }  # fmt: skip
+
+
+@panel("films", "Films and onset of whirl")
+def _films(case: DesignCase) -> Plain:
+    review = case.review
+    table = tables(review)["films"]
+    speed, frequency, looked = review.onset
+    onset = f"A mode of {frequency * TO_HZ:.4g} Hz grows from {speed * TO_RPM:.0f} rpm." if isfinite(speed) else (
+        "No mode grows at the speeds that are looked at." if looked else "Not all speeds were looked at.")  # fmt: skip
+    d = review.decrements
+    return {
+        "x": {"label": "speed [rpm]", "range": [0.0, float(d["speed"].values[-1] * TO_RPM)]},
+        "y": {"label": "least log. decrement", "zero": True},
+        "curves": [_curve("least log. decrement", d["speed"].values * TO_RPM, np.clip(d.values, -1.0, 2.0), 0)],
+        "heads": list(table.heads) if table.rows else [], "rows": [cells(row) for row in table.rows],
+        "notes": [onset, table.text] if table.text else [onset],
+    }  # fmt: skip
+
+
+def _curve(name: str, x: np.ndarray, y: np.ndarray, colour: int, dash: bool = False, marks: str = "") -> Plain:
+    """A curve; `colour` is a number in the palette, -1 the ink; `marks` a letter for each point: f, b or nothing."""
+    return {"name": name, "x": _plain(x), "y": _plain(y), "colour": colour, "dash": dash, "marks": marks}
+
+
+def _senses(whirl: Sequence[str]) -> str:
+    return "".join(str(one)[:1] or " " for one in whirl)
+
+
+def _plain(values: np.ndarray) -> list[float | None]:
+    """Values in five digits; None where there is none."""
+    return [float(f"{v:.{DIGITS + 2}g}") if isfinite(v) else None for v in np.asarray(values, float).tolist()]
+
+
+def _growth(found: xr.Dataset) -> list[list[float]]:
+    """Ranges of speed [rpm] in which a mode grows."""
+    speed, grows = found["speed"].values * TO_RPM, found["zeta_least"].values < -DAMPED
+    places = np.flatnonzero(grows)
+    runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1) if places.size else []
+    return [[float(speed[max(run[0] - 1, 0)]), float(speed[min(run[-1] + 1, len(speed) - 1)])] for run in runs]
+
+
+def as_python(case: DesignCase, machine: str) -> str:
+    """Python script of the numbers of a case, of a machine by name or file."""
+    supply = f", {case.pressure:g}" if case.pressure else ""
+    speeds = ", ".join(f"{one:g}" if float(f"{one:g}") == one else repr(one) for one in case.response_speeds)
+    return (
+        "import numpy as np\n\nimport rotorsim as rs\n\nRPM = np.pi / 30\n"
+        f"plant = rs.Plant({machine!r})\n"
+        f"campbell = rs.analysis.campbell(plant, np.linspace(0.0, {case.top!r}, {STEPS + 1}) * RPM{supply})\n"
+        f"speeds = np.array([{speeds}]) * RPM\n"
+        f"response = rs.analysis.unbalance_response(plant, speeds{supply})\n"
+        f"modes = rs.analysis.mode_shapes(plant, {case.speed!r} * RPM, {case.pressure:g})\n"
+        "static = rs.analysis.static_deflection(plant)\n"
+        f"review = rs.analysis.design_review(plant, pressure={case.pressure:g})\n"
+    )
+
+
+def as_commands(case: DesignCase, machine: str) -> str:
+    """Commands of the numbers of a case, of a machine by name or file."""
+    supply = f" --pressure '{case.point.supply:g} MPa'" if case.pressure else ""
+    speeds = ",".join(f"{one!r} rpm" for one in case.response_speeds)
+    return (
+        f"rotorsim campbell {machine} --speeds '0 rpm:{case.top!r} rpm:{STEPS + 1}' --critical-map{supply}\n"
+        f"rotorsim response {machine} --speeds '{speeds}'{supply}\n"
+        f"rotorsim modes {machine} --speed '{case.speed!r} rpm'{supply}\n"
+        f"rotorsim report design {machine}{supply}\n"
+    )
+
+
+def point_of(values: Mapping[str, Any]) -> DeskPoint:
+    """Operating point of what a page sent: numbers above 0, anything else is the machine's own."""
+    found = {name: values.get(name) for name in ("top", "speed", "supply")}
+    known = {
+        name: float(value) for name, value in found.items()
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < 1e7
+    }  # fmt: skip
+    return DeskPoint(**known)

@@ -1,0 +1,384 @@
+"""The desk served to a browser: acts on a design, and answers that arrive panel by panel, under the live page's guard.
+
+A request for answers is overtaken by the next one of its window: what was not begun is left out. A machine without
+films is answered in this process; one with films in a child process, which ends where nobody waits for its answer any
+more. So nothing that is computed holds up what is typed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import orjson
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import StreamingResponse
+
+from rotorsim.base.errors import MachineFileError, RotorsimError
+from rotorsim.base.processes import Child, ProcessDiedError
+from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
+from rotorsim.desk.page import show_desk
+from rotorsim.desk.panels import PANELS, TITLES, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
+from rotorsim.desk.parts import listed, problem_fields
+from rotorsim.desk.starts import STARTS, begin, free
+from rotorsim.live.serving import Announce, print_address, serve, with_page
+from rotorsim.machine import machine_text, shipped_machines
+from rotorsim.machine.schema import Machine
+from rotorsim.report.machine_sketch import side_view
+
+NEAR = ("static",)
+"""Panels that are answered in this process for machines with films too."""
+RIG_STARTS = 300.0
+"""Longest time [s] until a live rig is there."""
+
+
+@dataclass(eq=False)
+class DesignDesk:
+    """A design that windows work on together, and the folder of new files; no design is an empty page."""
+
+    design: Design | None
+    folder: Path
+    path: Path | None = None
+    remark: str = ""
+    rigs: list[subprocess.Popen[str]] = field(default_factory=list)
+
+    def state(self, known: int | None = None) -> dict[str, Any]:
+        """What a page shows of the design, or its number alone where the page has it already."""
+        design = self.design
+        if design is None:
+            starts = [{"key": key, "title": one.title, "text": one.text} for key, one in STARTS.items()]
+            files = sorted(path.name for path in self.folder.glob("*.toml"))
+            return {"revision": 0, "starts": starts, "shipped": list(shipped_machines()), "files": files[:200]}
+        short = {"revision": design.revision, "saved": design.saved, "changed": design.changed_on_disk(),
+                 "file": str(design.path)}  # fmt: skip
+        if known == design.revision:
+            return short
+        machine = design.machine
+        view = None if machine is None else _plain_view(machine)
+        return short | {
+            "name": design.path.name, "undo": len(design.before), "redo": len(design.after), "groups": listed(design),
+            "problems": list(design.problems), "at": problem_fields(design), "view": view, "remark": self.remark,
+            "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.fed,
+            "panels": [{"name": name, "title": title} for name, title in TITLES.items()],
+        }  # fmt: skip
+
+    def act(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Carry out an act of the page; what it brought besides the new state: a chosen part, or why it was refused."""
+        make = ACTS.get(name)
+        if make is None or (self.design is None and name not in ("start", "open")):
+            return {"refused": {"path": "", "text": "", "sentence": f"{name[:40]!r} is no act of the desk"}}
+        try:
+            return {"chosen": make(self, {key: str(value) for key, value in values.items()}) or ""}
+        except FileChangedError as error:
+            return {"conflict": str(error)}
+        except (RotorsimError, OSError) as error:
+            path = str(getattr(error, "argument", "") or "") if isinstance(error, RefusedError) else ""
+            sentence = str(error).removeprefix(f"{path}: ")
+            return {"refused": {"path": path, "text": values.get("text", ""), "sentence": sentence}}
+
+    def scripts(self, point: DeskPoint) -> dict[str, str]:
+        """Python script and commands that give the numbers of the page."""
+        assert self.design is not None and self.design.machine is not None
+        case = case_of(self.design.text, point)
+        file = self.design.path.name
+        return {"python": as_python(case, file), "commands": as_commands(case, file)}
+
+    def run_up(self) -> str:
+        """Start a live rig of the design as it is; its address."""
+        assert self.design is not None
+        file = self.design.path if self.design.saved else self.design.beside
+        rig = subprocess.Popen([sys.executable, "-P", "-m", "rotorsim", "live", str(file), "--no-browser"],
+                               stdout=subprocess.PIPE, text=True)  # fmt: skip
+        self.rigs.append(rig)
+        assert rig.stdout is not None
+        for line in rig.stdout:
+            if "http://" in line:
+                return line[line.index("http://") :].split()[0]
+        raise MachineFileError("the live rig did not start; see the terminal", argument="machine")
+
+    def close(self) -> None:
+        """End the live rigs that were started here."""
+        for rig in self.rigs:
+            rig.terminate()
+
+
+def _start(desk: DesignDesk, values: Mapping[str, str]) -> None:
+    if values.get("key") not in STARTS:
+        raise RefusedError("choose one of the beginnings", argument="", value=values.get("key"))
+    _put(desk, begin(values["key"], desk.folder, desk.path))
+
+
+def _open(desk: DesignDesk, values: Mapping[str, str]) -> None:
+    name = values.get("name", "")
+    inside = name in {path.name for path in desk.folder.glob("*.toml")}
+    if not inside and name not in shipped_machines():
+        raise RefusedError(
+            f"{name[:80]!r} is neither a shipped machine nor a file of {desk.folder}", argument="", value=name
+        )
+    if inside:
+        _put(desk, open_design(desk.folder / name))
+    else:
+        _put(desk, Design(machine_text(name), free(desk.folder, name)))
+
+
+def _put(desk: DesignDesk, design: Design) -> None:
+    """The design on the desk, with the edits of an earlier one that were not saved."""
+    design.revision = 1 + (desk.design.revision if desk.design is not None else 0)
+    left = unsaved_edits(design)
+    desk.design, desk.remark = design, ""
+    if left is not None:
+        design.replace(left)
+        desk.remark = "Edits of an earlier desk that were not saved are here again; undo takes them back."
+
+
+def _edit(method: Callable[[Design, Mapping[str, str]], Any]) -> Callable[[DesignDesk, Mapping[str, str]], Any]:
+    def carry_out(desk: DesignDesk, values: Mapping[str, str]) -> Any:
+        assert desk.design is not None
+        return method(desk.design, values)
+
+    return carry_out
+
+
+def _save(desk: DesignDesk, values: Mapping[str, str]) -> None:
+    assert desk.design is not None
+    name = values.get("name", "")
+    if name and (Path(name).name != name or name.startswith(".")):
+        way = "is not the name of a file; write e.g. my_rotor.toml"
+        raise RefusedError(f"{name[:80]!r} {way}", argument="", value=name)
+    path = desk.design.path.with_name(name if name.endswith(".toml") else f"{name}.toml") if name else None
+    desk.design.save(path, values.get("anyway") == "yes")
+    desk.remark = ""
+
+
+ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
+    "start": _start,
+    "open": _open,
+    "set": _edit(lambda design, v: design.set(v.get("path", ""), v.get("text", ""), v.get("burst", ""))),
+    "add": _edit(lambda design, v: design.add(v.get("kind", ""))),
+    "copy": _edit(lambda design, v: design.copy(v.get("path", ""))),
+    "delete": _edit(lambda design, v: design.delete(v.get("path", ""))),
+    "undo": _edit(lambda design, v: design.undo()),
+    "redo": _edit(lambda design, v: design.redo()),
+    "save": _save,
+    "take": _edit(lambda design, v: design.take_disk()),
+}
+"""What a page can ask for, by name."""
+
+
+def _plain_view(machine: Machine) -> dict[str, Any]:
+    """Side view as plain data."""
+    view = side_view(machine)
+    return {
+        "shapes": [[s.part, s.kind, [[round(z, 4), round(y, 4)] for z, y in s.corners]] for s in view.shapes],
+        "marks": [[m.part, m.kind, round(m.z, 4), round(m.y, 4)] for m in view.marks],
+        "rows": [[name, places, [f"{b - a:.5g}" for a, b in pairwise(places)]]
+                 for name, places in view.rows.items()],
+        "diameters": view.diameters, "start": view.start, "end": view.end, "top": view.top,
+    }  # fmt: skip
+
+
+@lru_cache(maxsize=4)
+def case_of(text: str, point: DeskPoint) -> DesignCase:
+    """The case of a text; panels of one text share its results."""
+    return DesignCase(Machine.from_text(text), point)
+
+
+def answer_of(text: str, point: DeskPoint, name: str) -> dict[str, Any]:
+    """A panel of a text, or the sentence why there is none."""
+    try:
+        return answer(case_of(text, point), name)
+    except (RotorsimError, ArithmeticError, ValueError) as error:
+        return {"title": TITLES[name], "error": str(error)}
+
+
+def report_of(text: str, point: DeskPoint) -> str:
+    """Page of the design review of a text."""
+    from rotorsim.report.design import design_page
+    from rotorsim.report.page import html
+
+    return html(design_page(case_of(text, point).review))
+
+
+@dataclass(eq=False)
+class PanelStream:
+    """Answers to windows: what each waits for now, and the child that computes films."""
+
+    wanted: dict[str, tuple[int, str, DeskPoint]] = field(default_factory=dict)
+    _near: Lock = field(default_factory=Lock)
+    _far: Lock = field(default_factory=Lock)
+    _child: Child | None = None
+    _working: tuple[str, DeskPoint] | None = None
+
+    async def stream(self, design: Design, window: str, names: list[str], point: DeskPoint) -> AsyncIterator[bytes]:
+        """A line of JSON for each panel as soon as it is known, until the window asks for something else."""
+        text, revision, machine = design.text, design.revision, design.machine
+        if machine is None or design.problems:
+            return
+        number = self.wanted.get(window, (0, "", point))[0] + 1
+        self.wanted[window] = number, text, point
+        self._end_unwanted()
+        for name in names:
+            far = bool(machine.films) and name not in NEAR
+            found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
+            if found is None:
+                return
+            yield orjson.dumps({"revision": revision, "panel": name, "answer": found}) + b"\n"
+
+    def _answer(
+        self, far: bool, text: str, point: DeskPoint, name: str, window: str, number: int
+    ) -> dict[str, Any] | None:
+        """A panel; None where the window has asked for something else before it was begun or while a child computed."""
+        with self._far if far else self._near:
+            if self.wanted[window][0] != number:
+                return None
+            if not far:
+                return answer_of(text, point, name)
+            if self._child is None or not self._child.alive:
+                self._child = Child()
+            self._working = text, point
+            try:
+                return dict(self._child.call(answer_of, text, point, name))
+            except ProcessDiedError as error:
+                if self.wanted[window][0] != number:
+                    return None
+                return {"title": TITLES[name], "error": f"the process that computes {error}; type on to try again"}
+            finally:
+                self._working = None
+
+    def _end_unwanted(self) -> None:
+        """End the child where it computes what no window waits for."""
+        working, child = self._working, self._child
+        if working is not None and child is not None and all(one[1:] != working for one in self.wanted.values()):
+            with suppress(OSError):
+                child.process.kill()
+
+    def close(self) -> None:
+        """End the child."""
+        if self._child is not None:
+            self._child.kill()
+
+
+def application(desk: DesignDesk, answers: PanelStream) -> Any:
+    """Web application of a desk without access control: the page at /, the design, its answers and its report."""
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    def reply(content: Any) -> Response:
+        body = orjson.dumps(content)
+        return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
+
+    async def asked(request: Request) -> dict[str, Any]:
+        try:
+            content = orjson.loads(await request.body())
+        except ValueError:
+            return {}
+        return content if isinstance(content, dict) else {}
+
+    @app.get("/desk")
+    def state(known: int = -1) -> Response:
+        return reply(desk.state(known))
+
+    @app.post("/desk")
+    async def act(request: Request) -> Response:
+        content = await asked(request)
+        brought = desk.act(str(content.pop("act", "")), content)
+        return reply(desk.state() | brought)
+
+    @app.post("/answers")
+    async def answer_panels(request: Request) -> Response:
+        content = await asked(request)
+        names = content.get("panels")
+        known = [name for name in names if name in PANELS] if isinstance(names, list) else []
+        if desk.design is None:
+            return reply({})
+        stream = answers.stream(desk.design, str(content.get("window"))[:40], known, point_of(content))
+        return StreamingResponse(stream, media_type="application/x-ndjson", headers={"cache-control": "no-store"})
+
+    @app.post("/scripts")
+    async def scripts(request: Request) -> Response:
+        point = point_of(await asked(request))
+        try:
+            return reply(await asyncio.to_thread(desk.scripts, point))
+        except (RotorsimError, AssertionError) as error:
+            return reply({"error": str(error)})
+
+    @app.post("/run")
+    async def run() -> Response:
+        try:
+            return reply({"address": await asyncio.to_thread(desk.run_up)})
+        except (RotorsimError, OSError, AssertionError) as error:
+            return reply({"error": str(error)})
+
+    @app.get("/report")
+    async def report() -> Response:
+        if desk.design is None or desk.design.machine is None:
+            return Response("there is no design yet", media_type="text/plain")
+        text = desk.design.text
+        try:
+            page = await asyncio.to_thread(report_of, text, DeskPoint())
+        except RotorsimError as error:
+            return Response(str(error), media_type="text/plain; charset=utf-8")
+        return Response(page, media_type="text/html; charset=utf-8")
+
+    return with_page(app, show_desk, "rotorsim desk")
+
+
+def make_desk(machine: str | Path | None, folder: Path) -> DesignDesk:
+    """The desk of a machine file, a shipped machine, a file that is not there yet, or nothing."""
+    if machine is None:
+        return DesignDesk(None, folder)
+    path = Path(machine)
+    if path.suffix == ".toml" and not path.exists():
+        return DesignDesk(None, path.parent, path)
+    desk = DesignDesk(None, path.parent if path.is_file() else folder)
+    _put(desk, open_design(machine, folder))
+    return desk
+
+
+def serve_desk(
+    machine: str | Path | None = None,
+    folder: str | Path = ".",
+    port: int = 8760,
+    browser: bool = True,
+    keep_open: bool = False,
+    announce: Announce = print_address,
+) -> None:
+    """Design a machine in the browser, until the page is closed or Ctrl-C.
+
+    Parameters
+    ----------
+    machine : name or path, optional
+        A machine file, which need not be there yet, or a shipped machine; without it the page is empty.
+    folder : path
+        Folder of new files.
+    port : int
+        Port on this computer; the next free one if it is taken.
+    browser, keep_open : bool
+        Whether to open the browser, and to run on after the last window is closed.
+    announce : callable
+        Given the address and the port of the page.
+
+    Raises
+    ------
+    MachineFileError
+        For what is no machine file.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.desk.serve_desk("plain_rotor")  # doctest: +SKIP
+    """
+    desk, answers = make_desk(machine, Path(folder)), PanelStream()
+    try:
+        serve(application(desk, answers), port, announce, browser, keep_open)
+    finally:
+        answers.close()
+        desk.close()

@@ -1,0 +1,379 @@
+// The desk: what is typed goes to the server as one act after the other, answers come back panel by panel.
+import { Chart, layout, shade } from "rotorsim-desk";
+import { theme } from "rotorsim-live";
+
+const WINDOW = Math.random().toString(36).slice(2);
+const CALM = 450; // ms without an edit after which films are asked for
+const LOOK = 2000; // ms between two looks at the file and at what other windows did
+const STORED = "rotorsim-desk-hidden";
+const post = (path, content) => fetch(path, { method: "POST", body: JSON.stringify(content), headers: { "content-type": "application/json" } });
+
+export default {
+  template: `<div class="desk">
+  <div v-if="over" class="desk-banner" role="alert">{{ over }}</div>
+  <section v-if="state && state.starts" class="desk-starts" aria-label="begin">
+    <h2>Begin with</h2>
+    <div class="desk-cards">
+      <button v-for="one in state.starts" :key="one.key" class="desk-card" @click="act('start', { key: one.key })"><b>{{ one.title }}</b><span>{{ one.text }}</span></button>
+    </div>
+    <h2>Open</h2>
+    <div class="desk-open">
+      <label>file of this folder <select v-model="chosenFile"><option v-for="one in state.files" :key="one">{{ one }}</option></select></label>
+      <button :disabled="!chosenFile" @click="act('open', { name: chosenFile })">Open</button>
+      <label>shipped machine <select v-model="chosenShipped"><option v-for="one in state.shipped" :key="one">{{ one }}</option></select></label>
+      <button :disabled="!chosenShipped" @click="act('open', { name: chosenShipped })">Open a copy</button>
+    </div>
+  </section>
+  <template v-if="state && state.groups">
+  <div class="desk-bar" role="toolbar" aria-label="design">
+    <span class="desk-file" data-file>{{ state.name }}<em data-saved>{{ state.saved ? "saved" : "edits not saved" }}</em></span>
+    <button @click="act('undo')" :disabled="!state.undo" title="Ctrl+Z">Undo</button>
+    <button @click="act('redo')" :disabled="!state.redo" title="Ctrl+Y">Redo</button>
+    <button @click="act('save')" :disabled="state.saved" title="Ctrl+S">Save</button>
+    <button @click="saveAs">Save as…</button>
+    <span class="desk-gap"></span>
+    <label>up to <input class="desk-point" v-model="point.top" inputmode="decimal" aria-label="answers up to, rpm" placeholder="own" @input="asked" /> rpm</label>
+    <label>modes at <input class="desk-point" v-model="point.speed" inputmode="decimal" aria-label="mode shapes at, rpm" placeholder="top" @input="asked" /> rpm</label>
+    <label v-if="state.fed">supply <input class="desk-point" v-model="point.supply" inputmode="decimal" aria-label="supply pressure, MPa gauge" @input="asked" /> MPa</label>
+    <span class="desk-gap"></span>
+    <button @click="scripts('python')">as Python</button>
+    <button @click="scripts('commands')">as commands</button>
+    <a class="desk-button" href="report" target="_blank" rel="noopener">Report</a>
+    <button @click="runUp" :disabled="starting">{{ starting ? "starting…" : "Run it up" }}</button>
+    <a v-if="rig" class="desk-button" :href="rig" target="_blank" rel="noopener">open the live rig</a>
+  </div>
+  <div v-if="state.remark" class="desk-banner" role="status">{{ state.remark }}</div>
+  <div v-if="sentence" class="desk-banner desk-wrong" role="alert">{{ sentence }} <button @click="sentence = ''">Close</button></div>
+  <div v-if="state.changed || conflict" class="desk-banner desk-wrong" role="alert" data-conflict>{{ state.file }} was changed by somebody else.
+    <button @click="act('take')">Take the file over</button> <button @click="act('save', { anyway: 'yes' })">Replace the file</button> <button @click="saveAs">Save elsewhere…</button></div>
+  <div v-if="state.problems.length" class="desk-banner desk-wrong" role="alert">This file has faults; the last good design is drawn.
+    <ul><li v-for="one in state.problems" :key="one">{{ one }}</li></ul></div>
+  <div v-if="script" class="desk-banner desk-script"><pre data-script>{{ script }}</pre><button @click="copyScript">Copy</button> <button @click="script = ''">Close</button></div>
+  <div class="desk-body">
+    <nav class="desk-parts" aria-label="parts">
+      <details v-for="group in state.groups" :key="group.key" :open="isOpen(group)" @toggle="opened[group.key] = $event.target.open">
+        <summary>{{ group.title }}<span v-if="group.parts.length > 1 || group.add.length" class="desk-count">{{ group.parts.length }}</span></summary>
+        <fieldset v-for="part in group.parts" :key="part.path" :class="{ 'desk-chosen': part.path === chosen }" :data-part="part.path" @focusin="chosen = part.path">
+          <legend>{{ part.title }}</legend>
+          <span class="desk-acts" v-if="part.many || part.path.startsWith('effects.')">
+            <button v-if="part.many" @click="act('copy', { path: part.path })" :aria-label="'copy ' + part.title">copy</button>
+            <button @click="act('delete', { path: part.path })" :aria-label="'delete ' + part.title">delete</button></span>
+          <template v-for="field in shown(part)" :key="field.path">
+            <div class="desk-field" :class="{ 'desk-unset': !field.set, 'desk-bad': wrong(field.path) }">
+              <label :for="'f-' + field.path" :title="field.doc">{{ field.label }}</label>
+              <select v-if="field.choices.length" :id="'f-' + field.path" :value="field.text" @change="typed(field, $event.target.value)"><option v-for="one in field.choices" :key="one">{{ one }}</option></select>
+              <input v-else :id="'f-' + field.path" :data-path="field.path" :value="value(field)" :placeholder="field.holds" :inputmode="field.number ? 'decimal' : 'text'" autocomplete="off" spellcheck="false"
+                :aria-invalid="Boolean(wrong(field.path))" :aria-describedby="'d-' + field.path" @input="typed(field, $event.target.value)" @focus="burst++" @keydown="step(field, $event)" />
+              <span class="desk-unit">{{ field.unit }}</span>
+              <p v-if="wrong(field.path)" :id="'d-' + field.path" class="desk-sentence" role="alert">{{ wrong(field.path) }}</p>
+              <span v-else :id="'d-' + field.path" class="desk-hidden">{{ field.doc }}</span>
+            </div>
+          </template>
+          <button v-if="part.fields.some((one) => !one.set)" class="desk-more" :aria-expanded="Boolean(more[part.path])" @click="more[part.path] = !more[part.path]">{{ more[part.path] ? "fewer" : "more fields" }}</button>
+        </fieldset>
+        <button v-for="one in group.add" :key="one.kind" class="desk-add" @click="act('add', { kind: one.kind })">add {{ one.text }}</button>
+      </details>
+    </nav>
+    <main class="desk-main">
+      <figure class="desk-view" ref="view"><svg v-if="drawn" :width="drawn.width" :height="drawn.height" role="img" :aria-label="'side view of ' + state.name">
+        <g v-for="one in drawn.shapes" :key="'s' + one.key"><polygon :points="one.points" :class="['desk-' + one.kind, { 'desk-picked': one.part === chosen }]" :data-shape="one.part" @pointerdown="grab(one.part, $event)" /></g>
+        <line :x1="drawn.start" :x2="drawn.end" :y1="drawn.middle" :y2="drawn.middle" class="desk-axis" />
+        <g v-for="one in drawn.marks" :key="'m' + one.key" :transform="'translate(' + one.x + ',' + one.y + ')'" :class="['desk-mark', 'desk-' + one.kind, { 'desk-picked': one.part === chosen }]" :data-shape="one.part" @pointerdown="grab(one.part, $event)">
+          <path :d="one.kind === 'spring' ? 'M0,1 l8,14 h-16 z' : one.kind === 'probe' ? 'M0,-8 l5,8 l-5,8 l-5,-8 z' : 'M0,-5 a5,5 0 1,0 .01,0 z'" /></g>
+        <text v-for="one in drawn.diameters" :key="'d' + one.key" :x="one.x" :y="one.y - 4" class="desk-number">{{ one.text }}</text>
+        <g v-for="row in drawn.rows" :key="row.name" class="desk-row"><text :x="row.ticks[0] - 8" :y="row.y + 4" text-anchor="end">{{ row.name }}</text>
+          <line :x1="row.ticks[0]" :x2="row.ticks[row.ticks.length - 1]" :y1="row.y" :y2="row.y" /><line v-for="(x, k) in row.ticks" :key="k" :x1="x" :x2="x" :y1="row.y - 5" :y2="row.y + 5" />
+          <text v-for="span in row.spans" :key="'t' + span.key" :x="span.x" :y="row.y - 4" text-anchor="middle">{{ span.text }}</text></g>
+      </svg><figcaption>To scale; lengths in mm. Drag a disc, bearing or probe, or click it to find its fields.</figcaption></figure>
+      <p v-if="Object.values(hidden).some(Boolean)" class="desk-hiddens">Hidden: <button v-for="one in state.panels.filter((p) => hidden[p.name])" :key="one.name" @click="hide(one.name, false)">{{ one.title }}</button></p>
+      <div class="desk-panels">
+        <figure v-for="one in state.panels.filter((p) => !hidden[p.name])" :key="one.name" :class="['desk-panel', { 'desk-large': large === one.name, 'desk-old': stale(one.name) }]" :data-panel="one.name" :data-revision="revisions[one.name]">
+          <figcaption><b>{{ one.title }}</b><span v-if="waiting[one.name]" class="desk-waiting" role="status">computing…</span>
+            <button @click="enlarge(one.name)" :aria-label="(large === one.name ? 'shrink ' : 'enlarge ') + one.title">{{ large === one.name ? "⤡" : "⤢" }}</button>
+            <button @click="hide(one.name, true)" :aria-label="'hide ' + one.title">×</button></figcaption>
+          <p v-if="answers[one.name] && answers[one.name].error" class="desk-sentence" role="alert">{{ answers[one.name].error }}</p>
+          <canvas v-show="drawing(one.name)" :ref="(el) => hold(one.name, el)" role="img" :aria-label="one.title" @mousemove="cursor(one.name, $event.offsetX)" @mouseleave="cursor(one.name, null)"></canvas>
+          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="before[one.name]"><i class="desk-ghost"></i>design before</span></p>
+          <template v-if="answers[one.name]"><div class="desk-table" v-if="answers[one.name].rows && answers[one.name].rows.length"><table :data-table="one.name"><thead><tr><th v-for="head in answers[one.name].heads" :key="head" scope="col">{{ head }}</th></tr></thead>
+            <tbody><tr v-for="(row, k) in answers[one.name].rows" :key="k" :class="verdict(row)"><td v-for="(cell, i) in row" :key="i">{{ cell }}</td></tr></tbody></table></div>
+          <p v-for="note in answers[one.name].notes" :key="note" class="desk-note">{{ note }}</p></template>
+        </figure>
+      </div>
+    </main>
+  </div>
+  </template></div>`,
+  data: () => ({
+    state: null, answers: {}, before: {}, revisions: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5" },
+    opened: {}, more: {}, hidden: stored(), large: "", chosen: "", sentence: "", conflict: false, script: "", rig: "", over: "",
+    starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
+  }),
+  computed: {
+    drawn() {
+      return this.state && this.state.view ? layout(this.state.view, this.width) : null;
+    },
+  },
+  async mounted() {
+    this.charts = {};
+    this.acts = [];
+    this.last = "";
+    this.seen = new Set();
+    this.watch = new IntersectionObserver((entries) => {
+      for (const one of entries) this.seen[one.isIntersecting ? "add" : "delete"](one.target.closest("[data-panel]")?.dataset.panel);
+    });
+    this.sizes = new ResizeObserver(() => this.resized());
+    this.sizes.observe(this.$el);
+    this.theme = new MutationObserver(() => { this.dark = document.body.classList.contains("body--dark"); this.redraw(); });
+    this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+    this.keys = (event) => this.shortcut(event);
+    window.addEventListener("keydown", this.keys);
+    window.deskTimes = [];
+    this.take(await (await fetch("desk")).json());
+    this.timer = setInterval(() => this.look(), LOOK);
+  },
+  unmounted() {
+    clearInterval(this.timer);
+    window.removeEventListener("keydown", this.keys);
+    for (const one of [this.watch, this.sizes, this.theme]) one.disconnect();
+  },
+  methods: {
+    // One act after the other; what was typed into a field meanwhile replaces what waits for it.
+    async act(name, values = {}) {
+      const next = { act: name, ...values }, last = this.acts.at(-1);
+      if (name === "set" && last && last.act === "set" && last.path === next.path && last.burst === next.burst) this.acts.pop();
+      this.acts.push(next);
+      if (this.acting) return;
+      this.acting = true;
+      while (this.acts.length) {
+        try {
+          const sent = this.acts.shift(), answer = await (await post("desk", sent)).json();
+          this.over = "";
+          this.came(sent, answer);
+        } catch {
+          this.over = "The desk does not answer; what you type is not taken. Start rotorsim desk again and reload.";
+          this.acts = [];
+        }
+      }
+      this.acting = false;
+    },
+    came(sent, answer) {
+      const refused = answer.refused;
+      const group = sent.act === "set" ? `${sent.path} ${sent.burst}` : `${sent.act} ${answer.revision}`;
+      if (!refused && !answer.conflict && group !== this.last) {
+        this.before = { ...this.answers };
+        this.last = group;
+      }
+      if (sent.act === "set") delete this.refused[sent.path];
+      else if (!refused) this.refused = {};
+      this.conflict = Boolean(answer.conflict);
+      this.sentence = "";
+      if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
+      else if (refused) this.sentence = refused.sentence;
+      if (answer.chosen) this.choose(answer.chosen);
+      this.take(answer);
+    },
+    take(state) {
+      const other = !this.state || this.state.revision !== state.revision || !state.groups !== !this.state.groups;
+      this.state = state;
+      this.$nextTick(() => this.resized());
+      if (state.groups && other) this.ask();
+    },
+    async look() {
+      if (this.acting || this.acts.length || document.hidden) return;
+      try {
+        const found = await (await fetch(`desk?known=${this.state.revision}`)).json();
+        if (this.acting || this.acts.length) return;
+        if (found.groups || found.starts) this.take(found);
+        else Object.assign(this.state, found);
+        this.over = "";
+      } catch {
+        this.over = "The desk has ended; what you type is not taken. Start rotorsim desk again and reload.";
+      }
+    },
+    asked() {
+      clearTimeout(this.calm);
+      this.calm = setTimeout(() => this.ask(), 150);
+    },
+    // Panels on view come first; those of films wait until nothing was typed for a moment.
+    ask() {
+      clearTimeout(this.calm);
+      const every = this.state.panels.map((one) => one.name).filter((name) => !this.hidden[name]);
+      const names = [...every.filter((name) => this.seen.has(name)), ...every.filter((name) => !this.seen.has(name))];
+      for (const name of names) this.waiting[name] = true;
+      if (!this.state.films) return this.stream(names);
+      this.calm = setTimeout(() => this.stream(names), CALM);
+      return this.stream(["static"]);
+    },
+    async stream(names) {
+      const revision = this.state.revision, content = { window: WINDOW, panels: names, revision };
+      for (const key of ["top", "speed", "supply"]) if (this.point[key] !== "" && Number(this.point[key]) > 0) content[key] = Number(this.point[key]);
+      if (this.streaming) this.streaming.abort();
+      const own = (this.streaming = new AbortController());
+      try {
+        const answer = await fetch("answers", { method: "POST", body: JSON.stringify(content), signal: own.signal });
+        const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
+        let text = "";
+        for (;;) {
+          const { value, done } = await reader.read();
+          if (done) break;
+          text += value;
+          const lines = text.split("\n");
+          text = lines.pop();
+          for (const line of lines) this.answered(JSON.parse(line));
+        }
+        if (this.streaming === own && names.length > 1) for (const name of names) this.waiting[name] = false;
+      } catch (error) {
+        if (error.name !== "AbortError") this.over = "The desk does not answer.";
+      }
+    },
+    answered({ revision, panel, answer }) {
+      this.answers[panel] = answer.error && this.answers[panel] ? { ...this.answers[panel], error: answer.error } : answer;
+      this.revisions[panel] = revision;
+      this.waiting[panel] = false;
+      this.$nextTick(() => {
+        this.paint(panel);
+        const names = this.state.panels.map((one) => one.name).filter((name) => !this.hidden[name]);
+        window.deskTimes.push({ panel, revision, typed: this.typedAt, drawn: performance.now(), all: names.every((name) => this.revisions[name] === this.state.revision) });
+      });
+    },
+    typed(field, text) {
+      this.typedAt = performance.now();
+      this.typing = field.path;
+      this.refused[field.path] = { text, sentence: this.refused[field.path]?.sentence || "" };
+      this.act("set", { path: field.path, text, burst: String(this.burst) });
+    },
+    value(field) {
+      return this.refused[field.path] ? this.refused[field.path].text : field.text;
+    },
+    wrong(path) {
+      return this.refused[path]?.sentence || this.state.at[path] || "";
+    },
+    // Arrows change the last digit that is written, with shift the one before.
+    step(field, event) {
+      if (event.key === "Escape" && this.refused[field.path]) delete this.refused[field.path];
+      const by = { ArrowUp: 1, ArrowDown: -1 }[event.key], text = event.target.value || field.holds;
+      if (!by || !field.number || !/^[+-]?\d+(\.\d+)?$/.test(text)) return;
+      event.preventDefault();
+      const digits = (text.split(".")[1] || "").length, size = 10 ** ((event.shiftKey ? 1 : 0) - digits);
+      const next = (Number(text) + by * size).toFixed(digits);
+      event.target.value = next;
+      this.typed(field, next);
+    },
+    shown(part) {
+      const open = this.more[part.path];
+      return part.fields.filter((one) => one.set || open || this.wrong(one.path) || this.refused[one.path]);
+    },
+    isOpen(group) {
+      return this.opened[group.key] ?? (group.open && group.parts.length > 0);
+    },
+    choose(path) {
+      this.chosen = path;
+      const group = this.state.groups.find((one) => one.parts.some((part) => part.path === path)) || this.state.groups.find((one) => path.startsWith(`${one.key}.`));
+      if (group) this.opened[group.key] = true;
+      this.$nextTick(() => this.$el.querySelector(`[data-part="${path}"]`)?.scrollIntoView({ block: "nearest" }));
+    },
+    // A drag moves the part by whole steps of the drawing; what waits is replaced, so nothing queues.
+    grab(path, event) {
+      this.choose(path);
+      const field = this.state.groups.flatMap((one) => one.parts).find((one) => one.path === path)?.fields.find((one) => one.label === "position" && one.set);
+      if (!field || !field.text) return;
+      event.preventDefault();
+      const burst = `drag ${++this.burst}`, from = event.clientX, begin = Number(field.text), size = { mm: 1, m: 1e-3, um: 1e3, cm: 0.1 }[field.unit];
+      if (!size || Number.isNaN(begin)) return;
+      const move = (now) => {
+        const mm = (now.clientX - from) / this.drawn.scale, digits = Math.max(0, Math.ceil(Math.log10(this.drawn.scale)));
+        const text = String(Number((begin + Number(mm.toFixed(digits)) * size).toPrecision(9)));
+        this.typedAt = performance.now();
+        if (text !== this.dragged) this.act("set", { path: field.path, text, burst });
+        this.dragged = text;
+      };
+      const up = () => {
+        window.removeEventListener("pointermove", move);
+        this.dragged = null;
+        delete this.refused[field.path];
+      };
+      window.addEventListener("pointermove", move);
+      window.addEventListener("pointerup", up, { once: true });
+    },
+    shortcut(event) {
+      if (!(event.ctrlKey || event.metaKey) || !this.state?.groups) return;
+      const key = event.key.toLowerCase(), name = key === "z" ? (event.shiftKey ? "redo" : "undo") : { y: "redo", s: "save" }[key];
+      if (!name) return;
+      event.preventDefault();
+      this.act(name);
+    },
+    saveAs() {
+      const name = window.prompt("Name of the file", this.state.name);
+      if (name) this.act("save", { name });
+    },
+    async scripts(which) {
+      const point = {};
+      for (const key of ["top", "speed", "supply"]) if (this.point[key] !== "") point[key] = Number(this.point[key]);
+      const found = await (await post("scripts", point)).json();
+      this.script = found.error || found[which];
+    },
+    copyScript() {
+      navigator.clipboard?.writeText(this.script);
+    },
+    async runUp() {
+      this.starting = true;
+      const found = await (await post("run", {})).json();
+      this.starting = false;
+      this.sentence = found.error || "";
+      this.rig = found.address || "";
+      if (this.rig) window.open(this.rig, "_blank", "noopener");
+    },
+    hide(name, value) {
+      this.hidden[name] = value;
+      localStorage.setItem(STORED, JSON.stringify(this.hidden));
+      if (value) delete this.charts[name];
+      else this.ask();
+    },
+    enlarge(name) {
+      this.large = this.large === name ? "" : name;
+      this.$nextTick(() => this.redraw());
+    },
+    stale(name) {
+      return this.waiting[name] && this.answers[name];
+    },
+    drawing(name) {
+      return Boolean(this.answers[name]?.curves);
+    },
+    legend(name) {
+      const colours = theme(this.dark); // read again when the page turns dark
+      const { curves, y } = this.answers[name], inside = (v) => v !== null && (!y.range || (v >= y.range[0] && v <= y.range[1]));
+      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: shade(colours, one.colour), dash: one.dash }));
+    },
+    verdict(row) {
+      const last = row.at(-1) || "";
+      return last.includes("not met") ? "desk-missed" : last.includes("met") ? "desk-met" : "";
+    },
+    hold(name, canvas) {
+      if (!canvas || this.charts?.[name]?.canvas === canvas) return;
+      this.charts[name] = new Chart(canvas);
+      this.watch.observe(canvas.closest("figure"));
+    },
+    cursor(name, x) {
+      this.charts[name]?.again(x);
+    },
+    paint(name) {
+      this.charts[name]?.draw(this.answers[name], this.before[name]);
+    },
+    redraw() {
+      for (const name of Object.keys(this.charts)) this.paint(name);
+    },
+    resized() {
+      const width = this.$refs.view?.clientWidth;
+      if (width && width !== this.width) this.width = width;
+      this.$nextTick(() => this.redraw());
+    },
+  },
+};
+
+function stored() {
+  try {
+    return JSON.parse(localStorage.getItem(STORED)) || {};
+  } catch {
+    return {};
+  }
+}
+

@@ -1,0 +1,55 @@
+"""Fixtures of the desk's browser tests: browser, started desk on a file of its own, open page."""
+
+import pytest
+
+from clicker import CHROMIUM, FLAGS
+from live_browser import PATIENCE, Started, serve
+from rotorsim.machine import machine_text
+
+READY = "[...document.querySelectorAll('[data-panel]')].length > 0 && window.deskTimes.some((one) => one.all)"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def desk_of(tmp_path, browser):
+    """Opens the desk of a copy of a shipped machine, or an empty one: its page, which talks to nobody else."""
+    begun = []
+
+    def start(name=None, scheme="light", width=1400, ready=True):
+        path = tmp_path / "rotor.toml"
+        if name is not None:
+            path.write_bytes(machine_text(name).encode())
+        words = ("desk", *([str(path)] if name else []), "--folder", str(tmp_path), "--no-browser", "--keep-open")
+        desk = Started(tmp_path, command=lambda folder: serve(*words))
+        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        page = context.new_page()
+        begun.append((desk, context, page))
+        page.set_default_timeout(PATIENCE * 1e3)
+        page.file, page.address, page.faults = path, desk.address, []
+        page.on("request", lambda r: page.faults.append(r.url) if foreign(r.url, desk.address) else None)
+        page.on("pageerror", lambda error: page.faults.append(str(error)))
+        page.goto(desk.address)
+        if name is not None and ready:
+            page.wait_for_function(READY)
+        return page
+
+    yield start
+    for desk, context, page in begun:
+        assert page.faults == []
+        context.close()
+        desk.process.send_signal(2)
+        assert desk.process.wait(timeout=PATIENCE) == 0
+        assert not [line for line in desk.lines if "Traceback" in line or "Exception" in line]
+
+
+def foreign(url, address):
+    return not url.startswith((address.split("?")[0], "data:", "blob:", "ws://127.0.0.1"))

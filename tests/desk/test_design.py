@@ -1,0 +1,184 @@
+"""Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from random_edits import edits
+from rotorsim.base.errors import MachineFileError
+from rotorsim.desk import Design, open_design
+from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
+from rotorsim.desk.parts import listed, problem_fields
+from rotorsim.desk.server import DesignDesk
+from rotorsim.desk.starts import STARTS, begin
+from rotorsim.machine import Machine, machine_text, shipped_machines
+
+
+def test_a_bare_number_takes_the_unit_of_the_field_and_all_other_bytes_stay(design):
+    before = design.text
+    design.set("discs.0.position", "250")
+    assert design.text == before.replace('position = "300 mm" ', 'position = "250 mm" ')
+    design.set("discs.0.position", "10 in")
+    assert design.machine.discs[0].position == pytest.approx(0.254)
+
+
+def test_a_file_in_which_bore_and_diameter_give_no_mass_is_refused_in_a_sentence():
+    text = machine_text("grooved_turbo_rotor")
+    wrong = text.replace('outer_diameter = "12 mm"', 'outer_diameter = "12 mm"\ninner_diameter_right = "25 mm"', 1)
+    assert wrong != text
+    with pytest.raises(MachineFileError) as error:
+        Machine.from_text(wrong)
+    assert any("inner_diameter_right" in problem for problem in error.value.problems)
+
+
+@pytest.mark.parametrize(
+    ("path", "text"),
+    [("discs.0.mass", "-1"), ("discs.0.mass", "heavy"), ("discs.0.mass", ""), ("discs.0.position", "900"),
+     ("shaft.damping_ratio", "2"), ("grid.n_theta", "33"), ("bearings.0.kind", "magic"),
+     ("shaft.sections.0.inner_diameter", "30")],
+)  # fmt: skip
+def test_a_value_that_does_not_fit_is_refused_by_its_path_and_the_design_stays(design, path, text):
+    text_before, machine = design.text, design.machine
+    with pytest.raises(RefusedError) as error:
+        design.set(path, text)
+    assert error.value.argument == path and error.value.value == text
+    assert (design.text, design.machine, design.before) == (text_before, machine, [])
+
+
+def test_an_empty_field_takes_an_optional_value_out_and_a_default_holds(design):
+    design.set("bearings.0.cxx", "")
+    assert "cxx" not in tomllib.loads(design.text)["bearings"][0] and design.machine.bearings[0].cxx == 0
+    design.undo()
+    assert design.text == design.disk
+
+
+LONG = ("plain_rotor", "aerostatic_spindle")
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_random_edits_are_undone_to_the_byte_and_none_raises(tmp_path, name):
+    desk = DesignDesk(None, tmp_path)
+    assert desk.act("open", {"name": name}) == {"chosen": ""}
+    design, taken = desk.design, 0
+    begun = design.text
+    for act, values in edits(np.random.default_rng(1), design, 200 if name in LONG else 30):
+        before = design.text
+        brought = desk.act(act, values)
+        assert design.machine is not None and not design.problems
+        assert "refused" not in brought or design.text == before
+        taken += design.text != before
+    assert taken > 5
+    last = design.text
+    steps = len(design.before)
+    while design.before:
+        design.undo()
+    assert design.text == begun
+    for _ in range(steps):
+        design.redo()
+    assert design.text == last
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+@pytest.mark.parametrize("part", ["discs.0", "bearings.0", "bearings.1", "shaft.sections.0"])
+def test_a_copied_part_that_is_deleted_leaves_no_byte(tmp_path, name, part):
+    design = open_design(name, tmp_path)
+    if part == "discs.0" and not design.machine.discs:
+        with pytest.raises(RefusedError):
+            design.copy(part)
+        return
+    before = design.text
+    added = design.copy(part)
+    design.delete(added)
+    assert design.text.rstrip("\n") == before.rstrip("\n")
+    assert design.text.count("#") == before.count("#")
+
+
+@pytest.mark.parametrize("kind", list(NEW))
+def test_every_kind_of_part_can_be_added_to_every_start(tmp_path, kind):
+    for key in STARTS:
+        design = begin(key, tmp_path)
+        present = kind.startswith("effects.") and kind.removeprefix("effects.") in design.machine.effects
+        if present:
+            with pytest.raises(RefusedError):
+                design.add(kind)
+        else:
+            assert design.add(kind).startswith(kind) and design.machine is not None
+
+
+def test_edits_of_one_field_are_one_step_of_undo_and_those_of_two_are_two(design):
+    for text in ("4", "42", "4.2"):
+        design.set("discs.0.mass", text, "1")
+    design.set("discs.0.mass", "5", "2")
+    design.undo()
+    assert design.machine.discs[0].mass == 4.2
+    design.undo()
+    assert design.text == design.disk
+
+
+def test_edits_are_kept_beside_the_file_until_they_are_saved_or_undone(design):
+    design.set("discs.0.mass", "5")
+    assert design.beside.read_text() == design.text and design.path.read_text() == design.disk
+    again = Design(design.disk, design.path, design.disk)
+    assert unsaved_edits(again) == design.text
+    design.save()
+    assert design.path.read_text() == design.text and not design.beside.exists() and design.saved
+    design.undo()
+    design.redo()
+    assert not design.beside.exists()
+
+
+def test_a_file_that_somebody_else_changed_is_never_replaced_unasked(design):
+    design.set("discs.0.mass", "5")
+    theirs = design.disk.replace("3.946 kg", "3 kg")
+    design.path.write_text(theirs)
+    with pytest.raises(FileChangedError):
+        design.save()
+    assert design.path.read_text() == theirs and design.changed_on_disk()
+    design.take_disk()
+    assert design.text == theirs and not design.changed_on_disk()
+    design.undo()
+    design.path.write_text(theirs + "\n")
+    design.save(anyway=True)
+    assert design.path.read_text() == design.text
+    with pytest.raises(FileChangedError):
+        other = design.path.with_name("other.toml")
+        other.write_text("theirs")
+        design.save(other)
+
+
+def test_a_file_with_faults_is_mended_one_by_one_and_cannot_become_worse(tmp_path):
+    text = (
+        machine_text("plain_rotor").replace("3.946 kg", "-3.946 kg").replace('length = "600 mm"', 'length = "600 kg"')
+    )
+    design = Design(text, tmp_path / "rotor.toml", text)
+    assert set(problem_fields(design)) == {"discs.0.mass", "shaft.sections.0.length"} and design.machine is None
+    paths = [field["path"] for group in listed(design) for part in group["parts"] for field in part["fields"]]
+    assert "discs.0.mass" in paths
+    with pytest.raises(RefusedError):
+        design.set("bearings.0.kxx", "-1")
+    design.set("discs.0.mass", "4 kg")
+    assert set(problem_fields(design)) == {"shaft.sections.0.length"}
+    design.set("shaft.sections.0.length", "600 mm")
+    assert design.machine is not None and not design.problems
+
+
+@pytest.mark.parametrize("key", list(STARTS))
+def test_every_start_is_a_machine_under_a_name_that_is_free(tmp_path, key):
+    (tmp_path / f"{STARTS[key].name}.toml").write_text("taken")
+    design = begin(key, tmp_path)
+    assert design.machine == Machine.from_text(design.text) and not design.path.exists()
+    design.save()
+    assert Machine.from_text(design.path.read_text()).name == STARTS[key].name
+
+
+def test_a_page_cannot_write_or_open_beyond_its_folder(tmp_path):
+    desk = DesignDesk(None, tmp_path / "inside")
+    desk.folder.mkdir()
+    (tmp_path / "secret.toml").write_text(machine_text("plain_rotor"))
+    assert "refused" in desk.act("open", {"name": "../secret.toml"}) and desk.design is None
+    desk.act("start", {"key": "springs"})
+    for name in ("../out.toml", "a/b", "/tmp/x", ".hidden"):
+        assert "refused" in desk.act("save", {"name": name})
+    assert "refused" in desk.act("nothing", {})
+    assert not list(desk.folder.iterdir())

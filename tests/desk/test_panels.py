@@ -1,0 +1,85 @@
+"""Panels: their numbers are those of Python and of the scripts that the page shows; an answer is plain data."""
+
+import numpy as np
+import orjson
+import pytest
+
+import rotorsim as rs
+from rotorsim.desk.panels import PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
+from rotorsim.desk.server import answer_of
+from rotorsim.machine import machine_text
+from rotorsim.report.design import answered
+from rotorsim.report.linear import criticals, peaks
+from rotorsim.report.page import cells
+
+LINEAR = ("plain_rotor", "bently_rk4", "pump_on_tables")
+
+
+@pytest.fixture(scope="module", params=LINEAR)
+def case(request):
+    return DesignCase(rs.load_machine(request.param))
+
+
+def test_every_panel_is_plain_data_with_curves_inside_their_axes(case):
+    for name in PANELS:
+        found = orjson.loads(orjson.dumps(answer(case, name)))
+        assert found["notes"] and all(isinstance(cell, str) for row in found.get("rows", []) for cell in row)
+        for one in found.get("curves", []):
+            assert len(one["x"]) == len(one["y"]) > 1
+
+
+def test_the_script_in_python_gives_the_tables_of_the_panels(case):
+    space = {}
+    exec(as_python(case, case.machine.name), space)
+    assert answer(case, "campbell")["rows"] == [cells(row) for row in criticals(space["campbell"])]
+    assert answer(case, "response")["rows"] == [cells(row) for row in peaks(space["response"])]
+    shown = [row[1:3] for row in answer(case, "modes")["rows"]]
+    modes = zip(space["modes"]["wn"].values / (2 * np.pi), space["modes"]["zeta"].values, strict=True)
+    assert shown == [cells((float(f), float(z))) for f, z in modes][: len(shown)]
+    loads = [row[1] for row in answer(case, "static")["rows"]]
+    assert loads == [cells((float(load),))[0] for load in space["static"]["load"].values]
+    found = {(row[0], row[2]) for row in answer(case, "limits")["rows"]}
+    assert {(c.name, cells((answered(c),))[0]) for c in space["review"].checks} == found
+
+
+def test_the_commands_state_the_speeds_of_the_panels(case):
+    text = as_commands(case, "my.toml")
+    assert f"'0 rpm:{case.top!r} rpm:21'" in text
+    speeds = (
+        text.partition("--speeds '")[2].partition("rotorsim response")[2].partition("--speeds '")[2].partition("'")[0]
+    )
+    assert [float(one.removesuffix(" rpm")) for one in speeds.split(",")] == case.response_speeds
+
+
+def test_the_nearest_limit_comes_first_and_a_reserve_is_negative_where_the_rule_is_not_met(case):
+    rows = answer(case, "limits")["rows"]
+    known = [float(row[3].removesuffix(" %")) for row in rows if row[3] != "-"]
+    assert known == sorted(known) and known
+    for row in rows:
+        if row[3] != "-" and "looked" not in row[4]:
+            assert ("not met" in row[4]) == (float(row[3].removesuffix(" %")) < 0), row
+
+
+def test_static_loads_carry_the_weight_and_a_uniform_beam_sags_as_its_closed_form():
+    machine = rs.load_machine("plain_rotor").replace("discs.0.mass", "1e-9 kg")
+    machine = machine.replace("discs.0.polar_inertia", "0 kg*m^2").replace("discs.0.diametral_inertia", "0 kg*m^2")
+    machine = machine.replace("shaft.sections.0.length", "600 mm").replace("shaft.sections.0.outer_diameter", "10 mm")
+    found = rs.analysis.static_deflection(rs.Plant(machine))
+    w, L, E, inertia = 7850 * np.pi / 4 * 0.01**2 * 9.80665, 0.6, 210e9, np.pi / 64 * 0.01**4
+    assert found["load"].values == pytest.approx([w * L / 2] * 2, rel=1e-6)
+    on_springs = w * L / 2 / 10e6
+    middle = float(found["sag"].max())
+    assert middle == pytest.approx(5 * w * L**4 / (384 * E * inertia) + on_springs, rel=2e-3)
+
+
+def test_a_machine_that_falls_is_answered_with_its_sentence():
+    from rotorsim.machine.file_text import without
+
+    text = without(machine_text("plain_rotor"), "bearings.1")
+    for name in ("campbell", "limits"):
+        assert "bearings" in answer_of(text, DeskPoint(), name)["error"]
+
+
+def test_an_operating_point_takes_numbers_above_zero_alone():
+    assert point_of({"top": 5000, "speed": "x", "supply": -1, "more": 3}) == DeskPoint(top=5000.0)
+    assert point_of({"top": float("inf"), "speed": True}) == DeskPoint()
