@@ -31,6 +31,7 @@ API = {
     "rotorsim.report": "Figures and reports",
     "rotorsim.signals": "Orders, spectra, frequency responses, ring-downs",
     "rotorsim.fmu": "Functional mock-up units",
+    "rotorsim.desk": "A rotor designed in the browser",
     "rotorsim.live": "The rig in the browser",
     "rotorsim.study": "Identification against physics",
     "rotorsim.machine": "Machine files",

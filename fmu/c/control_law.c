@@ -250,7 +250,7 @@ static real predictor(law_checks *m, int j, const real y[2], const real u[2]) {
 
 /* Advance all predictors by a displacement [m] and the reference [V] that acts while it is measured. */
 static void predict(law_checks *m, const real given[2], const real out[2], int acting) {
-    const real y[2] = {(real)1e6 * given[0], (real)1e6 * given[1]}, *u = m->told > 0 ? m->acting : out;
+    const real y[2] = {(real)1e6 * given[0], (real)1e6 * given[1]}, *u = m->acts > 0 ? m->acting : out;
     if (m->evidence[0] == 0) start_predictors(m, y);
     real first = predictor(m, 0, y, u);
     m->evidence[0] += (first - m->evidence[0]) / LATELY;
@@ -268,7 +268,7 @@ static void read_predictors(law_checks *m, real speed, real pressure) {
 }
 
 void law_applied(law_memory *law, const real reference[2]) {
-    law->checks.told = 1;
+    law->checks.acts = 1;
     memcpy(law->checks.acting, reference, sizeof law->checks.acting);
 }
 #endif
@@ -327,7 +327,7 @@ static int check(law_memory *law, int fault, const real measured[2], const real 
         m->fresh = 0;
         if (fault == LAW_POINT) m->known[0] = m->known[1] = 0;
 #if LAW_PREDICTED
-        m->evidence[0] = m->told = 0;
+        m->evidence[0] = m->acts = 0;
 #endif
         return fault;
     }
@@ -347,7 +347,7 @@ static int check(law_memory *law, int fault, const real measured[2], const real 
         fault = unsteady(law);
     }
 #if LAW_PREDICTED
-    m->told = 0;
+    m->acts = 0;
 #endif
     return fault;
 }

@@ -42,7 +42,7 @@ typedef struct {
     law_predictor now;                              /* predictor of the operating point */
     law_real x[LAW_WAYS][LAW_PREDICTED], next[LAW_PREDICTED];
     law_real evidence[LAW_WAYS], until_read;
-    law_real told, acting[2];                       /* whether and which reference [V] acts in this sample */
+    law_real acts, acting[2];                       /* whether and which reference [V] acts in this sample */
 #endif
 } law_checks;
 #endif

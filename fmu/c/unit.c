@@ -85,7 +85,7 @@ void unit_reset(Unit *u) {
     memset(u->has_warned, 0, sizeof u->has_warned);
 }
 
-/* Whether numbers that are none are told from others, which -ffast-math gives up. A square that is exact but for its last
+/* Whether numbers that are none are distinguished from others, which -ffast-math gives up. A square that is exact but for its last
    digit shows fused or extended arithmetic: right, but other bits than those of the model in Python. */
 static bool check_arithmetic(Unit *u) {
     volatile double zero = 0.0, one = 1.0 + 0x1p-30, square = 1.0 + 0x1p-29;

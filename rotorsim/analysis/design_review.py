@@ -155,7 +155,7 @@ class FilmState:
 class DesignCheck:
     """A requirement: the limit and what is found in a unit, the verdict (`MET`, `MISSED` or `OPEN`), its rule.
 
-    `sense` says that the limit is asked "at least" or "at most"; None is a number that there is not, or is not known.
+    `sense` is how the limit is asked, "at least" or "at most"; None is a number that there is not, or is not known.
     `detail` belongs to what is found.
     """
 

@@ -11,6 +11,8 @@ counted: crossings of 1X are exact. Each mode at a node then is a fixed point
 
 with the coefficients at its own frequency. These are the film's for a steady whirl, so that the eigenvalue is exact
 to second order in the damping ratio.
+
+Cites: childs_1993.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ def desk(
 ) -> None:
     """Design a rotor in the browser, answered while you type.
 
-    Without MACHINE the page offers beginnings. Edits are kept beside the file until they are saved.
+    Without MACHINE the page offers beginnings. Edits are kept next to the file until they are saved.
     """
     warnings.filterwarnings("ignore", module="requests")  # the server imports it and does not use it
     if not 1 <= port <= 65535:

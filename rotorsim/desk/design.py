@@ -1,8 +1,8 @@
 """A design: the text of a machine file with its edits, each of which can be undone to the byte.
 
 An edit that brings a problem that was not there before is refused with its sentence, and the text stays; so a design
-that was valid remains valid, and a file with faults can be mended one by one. Undo and redo keep texts. Every edit is
-written beside the file at once; the file itself is written on demand, and not where somebody else has changed it.
+that was valid remains valid, and faults of a file can be corrected one by one. Undo and redo keep texts. Every edit is
+written next to the file at once; the file itself is written on demand, and not where somebody else has changed it.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from rotorsim.machine import machine_text, shipped_machines
 from rotorsim.machine.file_text import parse, read_text, with_copy, with_table, with_value, without
 from rotorsim.machine.schema import Machine, leaves
 
-BESIDE = ".edits"
-"""Ending of the file, beside that of the machine, that holds edits which are not saved."""
+UNSAVED = ".edits"
+"""Ending of the file, next to that of the machine, that holds edits which are not saved."""
 SHIFT = 0.05
 """Distance of a copied part from the first one, over the shaft's length."""
 
@@ -129,9 +129,9 @@ class Design:
         return self.text == self.disk
 
     @property
-    def beside(self) -> Path:
+    def unsaved(self) -> Path:
         """The file of edits that are not saved."""
-        return self.path.with_name(self.path.name + BESIDE)
+        return self.path.with_name(self.path.name + UNSAVED)
 
     def changed_on_disk(self) -> bool:
         """Whether the file is not what it was when it was read or written here."""
@@ -157,7 +157,7 @@ class Design:
 
     def _drawn(self) -> Machine:
         if self.machine is None:
-            raise RefusedError(f"{self.problems[0]}; mend that first", argument="machine", value=self.path.name)
+            raise RefusedError(f"{self.problems[0]}; correct that first", argument="machine", value=self.path.name)
         return self.machine
 
     def _value(self, path: str, typed: str) -> Any:
@@ -203,11 +203,11 @@ class Design:
         if self.saved:
             self._forget_edits()
         else:
-            write_text(self.beside, text)
+            write_text(self.unsaved, text)
 
     def _forget_edits(self) -> None:
         with suppress(OSError):
-            self.beside.unlink(missing_ok=True)
+            self.unsaved.unlink(missing_ok=True)
 
 
 def open_design(name: str | Path, folder: str | Path = ".") -> Design:
@@ -231,8 +231,8 @@ def open_design(name: str | Path, folder: str | Path = ".") -> Design:
 
 
 def unsaved_edits(design: Design) -> str | None:
-    """The text with edits that an earlier desk has left beside the file; None where there is none."""
-    text = _on_disk(design.beside)
+    """The text with edits that an earlier desk has left next to the file; None where there is none."""
+    text = _on_disk(design.unsaved)
     return None if text is None or text == design.text else text
 
 
@@ -261,7 +261,7 @@ def _on_disk(path: Path) -> str | None:
 
 
 def _at(tables: Any, path: str) -> Any:
-    """What is written at a path; None where nothing is."""
+    """The text at a path; None where nothing is."""
     here = tables
     for key in path.split("."):
         if isinstance(here, list):
@@ -311,7 +311,7 @@ def _middle(machine: Machine) -> str:
     return show(float(f"{0.5 * (machine.shaft.start + machine.shaft.end):.4g}"), "m")
 
 
-def _beside_bearings(machine: Machine) -> str:
+def _between_bearings(machine: Machine) -> str:
     """A place on the shaft at which no bearing stands, near its middle."""
     shaft = machine.shaft
     places = [b.position for b in machine.bearings]
@@ -358,7 +358,7 @@ NEW: dict[str, Callable[[Machine], dict[str, Any]]] = {
     "shaft.layers": _layer,
     "discs": _disc,
     "point_masses": lambda machine: {"position": _middle(machine), "mass": "0.1 kg"},
-    "bearings": lambda machine: {"kind": "linear", "position": _beside_bearings(machine), "kxx": "10 MN/m",
+    "bearings": lambda machine: {"kind": "linear", "position": _between_bearings(machine), "kxx": "10 MN/m",
                                  "cxx": "1 kN*s/m"},
     "probes": _probe,
     "effects.unbalance": lambda machine: {"me": "10 g*mm"},

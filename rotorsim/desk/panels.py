@@ -45,6 +45,12 @@ class DeskPoint:
     """Speed [rpm] up to which answers reach, that of the mode shapes, and gauge supply pressure [MPa].
 
     None is the machine's own: `top_speed` of its analyses, for both speeds.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> rs.desk.DeskPoint(top=9000.0).top
+    9000.0
     """
 
     top: float | None = None

@@ -52,7 +52,7 @@ class DesignDesk:
     rigs: list[subprocess.Popen[str]] = field(default_factory=list)
 
     def state(self, known: int | None = None) -> dict[str, Any]:
-        """What a page shows of the design, or its number alone where the page has it already."""
+        """The state that a page shows of the design, or its number alone where the page has it already."""
         design = self.design
         if design is None:
             starts = [{"key": key, "title": one.title, "text": one.text} for key, one in STARTS.items()]
@@ -95,7 +95,7 @@ class DesignDesk:
     def run_up(self) -> str:
         """Start a live rig of the design as it is; its address."""
         assert self.design is not None
-        file = self.design.path if self.design.saved else self.design.beside
+        file = self.design.path if self.design.saved else self.design.unsaved
         rig = subprocess.Popen([sys.executable, "-P", "-m", "rotorsim", "live", str(file), "--no-browser"],
                                stdout=subprocess.PIPE, text=True)  # fmt: skip
         self.rigs.append(rig)
@@ -171,7 +171,7 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
     "save": _save,
     "take": _edit(lambda design, v: design.take_disk()),
 }
-"""What a page can ask for, by name."""
+"""Questions of a page, by name."""
 
 
 def _plain_view(machine: Machine) -> dict[str, Any]:

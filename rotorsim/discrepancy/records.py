@@ -122,7 +122,7 @@ def check_turning(record: xr.Dataset, speed: float, n: int, name: str) -> None:
 
 
 def misread_speed(stated: float, shown: float, within: float = 0.02) -> str:
-    """What to do about a stated speed that is not the one shown, by the unit that may be taken for another."""
+    """Advice about a stated speed that is not the one shown, by the unit that may be taken for another."""
     ratio = abs(stated / shown) if shown else np.inf
     units = [what for factor, what in TURNED.items() if min(abs(ratio / factor - 1), abs(ratio * factor - 1)) < within]
     return (

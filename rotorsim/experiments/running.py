@@ -371,7 +371,7 @@ def self_acting(machine: Machine) -> bool:
 
 def check_shaken(machine: Machine) -> None:
     """Refuse a pedestal of an effect, whose mass the base would shake too."""
-    if any(one.mass_ratio for one in machine.effects.get("pedestal", ())):
+    if any(getattr(one, "mass_ratio", 0) for one in machine.effects.get("pedestal", ())):
         raise DataError(
             "shock: [effects.pedestal] does not feel the base; write a `support` of the bearing in its place",
             argument="machine",

@@ -158,7 +158,7 @@ class Plant(Shown):
     def start(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0, begin: str = "rest") -> Simulation:
         """A simulation that stands at the equilibrium; `seed` (whole, 0 to 2^53 - 1) makes its noise.
 
-        With `begin` "orbit" it moves on the synchronous orbit, if the machine keeps one; `Simulation.on_orbit` tells.
+        With `begin` "orbit" it moves on the synchronous orbit, if the machine keeps one; see `Simulation.on_orbit`.
 
         Examples
         --------

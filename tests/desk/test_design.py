@@ -116,16 +116,16 @@ def test_edits_of_one_field_are_one_step_of_undo_and_those_of_two_are_two(design
     assert design.text == design.disk
 
 
-def test_edits_are_kept_beside_the_file_until_they_are_saved_or_undone(design):
+def test_edits_are_kept_next_to_the_file_until_they_are_saved_or_undone(design):
     design.set("discs.0.mass", "5")
-    assert design.beside.read_text() == design.text and design.path.read_text() == design.disk
+    assert design.unsaved.read_text() == design.text and design.path.read_text() == design.disk
     again = Design(design.disk, design.path, design.disk)
     assert unsaved_edits(again) == design.text
     design.save()
-    assert design.path.read_text() == design.text and not design.beside.exists() and design.saved
+    assert design.path.read_text() == design.text and not design.unsaved.exists() and design.saved
     design.undo()
     design.redo()
-    assert not design.beside.exists()
+    assert not design.unsaved.exists()
 
 
 def test_a_file_that_somebody_else_changed_is_never_replaced_unasked(design):

@@ -101,8 +101,8 @@ def test_a_law_states_the_power_that_it_feeds_into_a_motion(name, watt):
     size = 0.5 * 3.0**2 if name == "damping" else 3.0
     law = ProposedLaw("disc 1", (LawTerm(TERMS[name], one=True),), np.array([size]), 0, 0, 0, np.zeros(0), np.zeros(1))
     assert fed_power(law, m) == pytest.approx(watt, rel=1e-9, abs=1e-18)
-    told = DiscoveredLaw("", "disc 1", 0.1, "", {}, {}, (name,), "", "", 1.0, growth=2.0, power=fed_power(law, m))
-    assert told.refuted_by.startswith("it feeds") == (watt > 0)
+    law = DiscoveredLaw("", "disc 1", 0.1, "", {}, {}, (name,), "", "", 1.0, growth=2.0, power=fed_power(law, m))
+    assert law.refuted_by.startswith("it feeds") == (watt > 0)
 
 
 @pytest.mark.parametrize("name", [term.name for term in LIBRARY if term.memory is None])

@@ -40,7 +40,7 @@ def test_orders_of_a_sweep_come_out_with_its_rate(falling, turns):
 
 @pytest.mark.parametrize(("factor", "fits"), [(1.0, True), (1.05, True), (1 / 60, False), (2.0, False)])
 def test_a_speed_that_is_not_that_of_the_angle_is_refused(factor, fits):
-    """A speed channel next to the angle: the same, 5 % off in its mean, in Hz said to be rpm, and twice as fast."""
+    """A speed channel next to the angle: the same, 5 % off in its mean, in Hz under the name rpm, and twice as fast."""
     record = sweep()
     record = record.assign(speed_measured=("time", factor * np.gradient(record["angle"].values, record["time"].values)))
     if fits:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification.readers.csv import read_csv
+from identification.readers.csv import read_csv
 from rotorsim.base.errors import DataError, ReadError
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import PointExperiment, begin, pair, param, register
@@ -61,7 +62,7 @@ class Shock(PointExperiment):
     """Rows (n, 3) of time [s] and accelerations x, y [m/s^2] in place of the half sine, or a CSV file of them."""
 
     def check(self) -> None:
-        """Read the table, and refuse it beside a half sine."""
+        """Read the table, and refuse it next to a half sine."""
         if self.history is None:
             return
         given = [name for name in ("peak", "width", "angle") if getattr(self, name) != getattr(Shock, name)]
