@@ -165,7 +165,7 @@ class Layer(ShaftPiece):
 
 
 class ShaftMode(Part):
-    """Damping of one of the shaft's modes, as measured on the shaft itself.
+    """Damping of one mode of the shaft as its bearings hold it at their nominal stiffness.
 
     Examples
     --------
