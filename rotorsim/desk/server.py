@@ -33,7 +33,9 @@ from rotorsim.desk.starts import STARTS, begin, free
 from rotorsim.live.serving import Announce, print_address, serve, with_page
 from rotorsim.machine import machine_text, shipped_machines
 from rotorsim.machine.schema import Machine
+from rotorsim.report.design import design_page
 from rotorsim.report.machine_sketch import side_view
+from rotorsim.report.page import html
 
 NEAR = ("static",)
 """Panels that are answered in this process for machines with films too."""
@@ -200,9 +202,6 @@ def answer_of(text: str, point: DeskPoint, name: str) -> dict[str, Any]:
 
 def report_of(text: str, point: DeskPoint) -> str:
     """Page of the design review of a text."""
-    from rotorsim.report.design import design_page
-    from rotorsim.report.page import html
-
     return html(design_page(case_of(text, point).review))
 
 
