@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import pairwise
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -150,8 +151,8 @@ class Design:
         self.path, self.disk = target, self.text
 
     def take_disk(self) -> None:
-        """The text that the file has now, as one edit."""
-        self.disk = _on_disk(self.path)
+        """The text that the file has now, as one edit; raises MachineFileError where it cannot be read."""
+        self.disk = read_text(self.path) if self.path.is_file() else None
         if self.disk is not None:
             self.replace(self.disk)
 
@@ -312,12 +313,10 @@ def _middle(machine: Machine) -> str:
 
 
 def _between_bearings(machine: Machine) -> str:
-    """A place on the shaft at which no bearing stands, near its middle."""
-    shaft = machine.shaft
-    places = [b.position for b in machine.bearings]
-    tried = (shaft.start + share * shaft.length for share in (0.5, 0.4, 0.6, 0.3, 0.7, 0.45, 0.55))
-    free = next(z for z in tried if all(abs(z - at) > 1e-3 * shaft.length for at in places))
-    return show(float(f"{free:.4g}"), "m")
+    """The middle of the longest part of the shaft without a bearing."""
+    places = sorted({machine.shaft.start, *(b.position for b in machine.bearings), machine.shaft.end})
+    a, b = max(pairwise(places), key=lambda ends: ends[1] - ends[0])
+    return show(float(f"{0.5 * (a + b):.4g}"), "m")
 
 
 def _section(machine: Machine) -> dict[str, Any]:

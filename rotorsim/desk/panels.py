@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rotorsim.analysis import campbell, design_review, mode_shapes, static_deflection, unbalance_response
 from rotorsim.analysis.campbell import modes_line, searched_line, top_speed
-from rotorsim.analysis.design_review import AROUND, MET, MISSED, DesignReview, deflected_line
+from rotorsim.analysis.design_review import AROUND, MET, MISSED, OPEN, DesignReview, deflected_line
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.machine.schema import Machine
@@ -28,14 +28,20 @@ from rotorsim.report.page import cells
 if TYPE_CHECKING:
     import xarray as xr
 
-STEPS, FINER = 20, 40
-"""Steps of the speeds of a Campbell diagram and of a response."""
-SHOWN, COLOURS = 8, 6
-"""Branches of a Campbell diagram, and those with a colour of their own."""
+STEPS = 20
+"""Steps of the speeds of a Campbell diagram."""
+FINER = 40
+"""Steps of the speeds of a response."""
+SHOWN = 8
+"""Branches of a Campbell diagram."""
+COLOURS = 6
+"""Branches with a colour of their own."""
 DRAWN = 4
 """Mode shapes."""
-DIGITS = 5
+DIGITS = 7
 """Digits of a value in a curve."""
+LAST = {MISSED: -inf, OPEN: inf, MET: inf}
+"""Place of a requirement without a number among the reserves: one that is not met comes first."""
 SUPPLY = 0.5 * MPA
 """Gauge supply pressure [Pa] at first."""
 
@@ -133,8 +139,6 @@ PANELS: dict[str, Callable[[DesignCase], Plain]] = {}
 """Makers of panels by name, in the order of the page."""
 TITLES: dict[str, str] = {}
 """Titles of the panels by name."""
-SLOW = ("map", "films")
-"""Panels that are answered after all others, and when they are on view."""
 
 
 def panel(name: str, title: str) -> Callable[[Callable[[DesignCase], Plain]], Callable[[DesignCase], Plain]]:
@@ -241,11 +245,10 @@ def _static(case: DesignCase) -> Plain:
 @panel("limits", "What limits this design")
 def _limits(case: DesignCase) -> Plain:
     review = case.review
-    known = sorted((c for c in review.checks if isfinite(c.reserve)), key=lambda c: c.reserve)
-    rest = [c for c in review.checks if not isfinite(c.reserve)]
+    ordered = sorted(review.checks, key=lambda c: c.reserve if isfinite(c.reserve) else LAST[c.verdict])
     rows = [
         (c.name, asked(c), answered(c), f"{100 * c.reserve:+.0f} %" if isfinite(c.reserve) else "-", SIGNS[c.verdict])
-        for c in (*known, *rest)
+        for c in ordered
     ]
     missed = sum(c.verdict == MISSED for c in review.checks)
     met = sum(c.verdict == MET for c in review.checks)
@@ -277,7 +280,7 @@ def _map(case: DesignCase) -> Plain:
     return {
         "x": {"label": "stiffness of a bearing [N/m]", "log": True, "range": ends},
         "y": {"label": "critical speed [rpm]", "log": True, "range": [low, max(high, 3 * low)]}, "curves": curves,
-        "notes": ["Of the rotor on bearings of one stiffness each; the bearings' own over the speed in grey."],
+        "notes": ["All bearings have one stiffness; grey lines are the bearings' own stiffness over the speed."],
     }  # fmt: skip
 
 
@@ -308,8 +311,8 @@ def _senses(whirl: Sequence[str]) -> str:
 
 
 def _plain(values: np.ndarray) -> list[float | None]:
-    """Values in five digits; None where there is none."""
-    return [float(f"{v:.{DIGITS + 2}g}") if isfinite(v) else None for v in np.asarray(values, float).tolist()]
+    """Values in `DIGITS` digits; None where there is none."""
+    return [float(f"{v:.{DIGITS}g}") if isfinite(v) else None for v in np.asarray(values, float).tolist()]
 
 
 def _growth(found: xr.Dataset) -> list[list[float]]:
@@ -322,7 +325,7 @@ def _growth(found: xr.Dataset) -> list[list[float]]:
 
 def as_python(case: DesignCase, machine: str) -> str:
     """Python script of the numbers of a case, of a machine by name or file."""
-    supply = f", {case.pressure:g}" if case.pressure else ""
+    supply = f", {case.pressure!r}" if case.pressure else ""
     speeds = ", ".join(f"{one:g}" if float(f"{one:g}") == one else repr(one) for one in case.response_speeds)
     return (
         "import numpy as np\n\nimport rotorsim as rs\n\nRPM = np.pi / 30\n"
@@ -330,15 +333,15 @@ def as_python(case: DesignCase, machine: str) -> str:
         f"campbell = rs.analysis.campbell(plant, np.linspace(0.0, {case.top!r}, {STEPS + 1}) * RPM{supply})\n"
         f"speeds = np.array([{speeds}]) * RPM\n"
         f"response = rs.analysis.unbalance_response(plant, speeds{supply})\n"
-        f"modes = rs.analysis.mode_shapes(plant, {case.speed!r} * RPM, {case.pressure:g})\n"
+        f"modes = rs.analysis.mode_shapes(plant, {case.speed!r} * RPM, {case.pressure!r})\n"
         "static = rs.analysis.static_deflection(plant)\n"
-        f"review = rs.analysis.design_review(plant, pressure={case.pressure:g})\n"
+        f"review = rs.analysis.design_review(plant, pressure={case.pressure!r})\n"
     )
 
 
 def as_commands(case: DesignCase, machine: str) -> str:
     """Commands of the numbers of a case, of a machine by name or file."""
-    supply = f" --pressure '{case.point.supply:g} MPa'" if case.pressure else ""
+    supply = f" --pressure '{case.point.supply!r} MPa'" if case.pressure else ""
     speeds = ",".join(f"{one!r} rpm" for one in case.response_speeds)
     return (
         f"rotorsim campbell {machine} --speeds '0 rpm:{case.top!r} rpm:{STEPS + 1}' --critical-map{supply}\n"
@@ -349,10 +352,11 @@ def as_commands(case: DesignCase, machine: str) -> str:
 
 
 def point_of(values: Mapping[str, Any]) -> DeskPoint:
-    """Operating point of what a page sent: numbers above 0, anything else is the machine's own."""
+    """Operating point of what a page sent: a top above 0, others from 0 on; anything else is the machine's own."""
     found = {name: values.get(name) for name in ("top", "speed", "supply")}
     known = {
         name: float(value) for name, value in found.items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < 1e7
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < 1e7
+        and (value or name != "top")
     }  # fmt: skip
     return DeskPoint(**known)

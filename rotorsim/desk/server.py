@@ -33,12 +33,12 @@ from rotorsim.desk.starts import STARTS, begin, free
 from rotorsim.live.serving import Announce, print_address, serve, with_page
 from rotorsim.machine import machine_text, shipped_machines
 from rotorsim.machine.schema import Machine
+from rotorsim.report.design import design_page
 from rotorsim.report.machine_sketch import side_view
+from rotorsim.report.page import html
 
 NEAR = ("static",)
 """Panels that are answered in this process for machines with films too."""
-RIG_STARTS = 300.0
-"""Longest time [s] until a live rig is there."""
 
 
 @dataclass(eq=False)
@@ -202,9 +202,6 @@ def answer_of(text: str, point: DeskPoint, name: str) -> dict[str, Any]:
 
 def report_of(text: str, point: DeskPoint) -> str:
     """Page of the design review of a text."""
-    from rotorsim.report.design import design_page
-    from rotorsim.report.page import html
-
     return html(design_page(case_of(text, point).review))
 
 
@@ -226,12 +223,16 @@ class PanelStream:
         number = self.wanted.get(window, (0, "", point))[0] + 1
         self.wanted[window] = number, text, point
         self._end_unwanted()
-        for name in names:
-            far = bool(machine.films) and name not in NEAR
-            found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
-            if found is None:
-                return
-            yield orjson.dumps({"revision": revision, "panel": name, "answer": found}) + b"\n"
+        try:
+            for name in names:
+                far = bool(machine.films) and name not in NEAR
+                found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
+                if found is None:
+                    return
+                yield orjson.dumps({"revision": revision, "panel": name, "answer": found}) + b"\n"
+        finally:
+            if self.wanted[window][0] == number:
+                self.wanted[window] = number, "", point  # a window that is closed waits for nothing
 
     def _answer(
         self, far: bool, text: str, point: DeskPoint, name: str, window: str, number: int
@@ -318,12 +319,12 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
             return reply({"error": str(error)})
 
     @app.get("/report")
-    async def report() -> Response:
+    async def report(supply: float | None = None) -> Response:
         if desk.design is None or desk.design.machine is None:
             return Response("there is no design yet", media_type="text/plain")
         text = desk.design.text
         try:
-            page = await asyncio.to_thread(report_of, text, DeskPoint())
+            page = await asyncio.to_thread(report_of, text, point_of({"supply": supply}))
         except RotorsimError as error:
             return Response(str(error), media_type="text/plain; charset=utf-8")
         return Response(page, media_type="text/html; charset=utf-8")

@@ -281,7 +281,7 @@ def _thrust(review: DesignReview) -> Block:
         return Block("Thrust bearings", heads=heads)
     state = review.axial.state
     if state is None:
-        return Block("Thrust bearings", f"Not looked at: {review.axial.refused}", heads, [])
+        return Block("Thrust bearings", f"Without an axial state: {review.axial.refused}", heads, [])
     rows = [
         (f.name, f.gap * TO_UM, f.load, f.static_stiffness * 1e-6, f.stiffness * 1e-6, f.damping, f.power, f.flow * 1e6,
          f.p_max * TO_MPA)

@@ -182,3 +182,20 @@ def test_a_page_cannot_write_or_open_beyond_its_folder(tmp_path):
         assert "refused" in desk.act("save", {"name": name})
     assert "refused" in desk.act("nothing", {})
     assert not list(desk.folder.iterdir())
+
+
+def test_bearings_can_be_added_again_and_again(tmp_path):
+    design = open_design("plain_rotor", tmp_path)
+    for _ in range(12):
+        design.add("bearings")
+    assert len({b.position for b in design.machine.bearings}) == len(design.machine.bearings) == 14
+
+
+def test_a_file_that_is_no_text_is_not_taken_over(tmp_path):
+    design = open_design("plain_rotor", tmp_path)
+    design.save()
+    design.path.write_bytes(b"\xff\xfe")
+    before = design.text
+    with pytest.raises(MachineFileError):
+        design.take_disk()
+    assert design.text == before and design.changed_on_disk()

@@ -1,10 +1,14 @@
 """Panels: their numbers are those of Python and of the scripts that the page shows; an answer is plain data."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import orjson
 import pytest
 
 import rotorsim as rs
+from rotorsim.analysis.design_review import MISSED
 from rotorsim.desk.panels import PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
 from rotorsim.desk.server import answer_of
 from rotorsim.machine import machine_text
@@ -20,7 +24,7 @@ def case(request):
     return DesignCase(rs.load_machine(request.param))
 
 
-def test_every_panel_is_plain_data_with_curves_inside_their_axes(case):
+def test_every_panel_is_plain_data_whose_curves_have_a_value_at_each_place(case):
     for name in PANELS:
         found = orjson.loads(orjson.dumps(answer(case, name)))
         assert found["notes"] and all(isinstance(cell, str) for row in found.get("rows", []) for cell in row)
@@ -80,6 +84,21 @@ def test_a_machine_that_falls_is_answered_with_its_sentence():
         assert "bearings" in answer_of(text, DeskPoint(), name)["error"]
 
 
-def test_an_operating_point_takes_numbers_above_zero_alone():
+def test_a_requirement_that_is_not_met_and_has_no_number_comes_first():
+    case = DesignCase(rs.load_machine("plain_rotor"))
+    one = replace(case.review.checks[-1], verdict=MISSED, found=None, name="not carried")
+    lacking = SimpleNamespace(checks=(*case.review.checks, one), high=case.review.high)
+    assert PANELS["limits"](SimpleNamespace(review=lacking))["rows"][0][0] == "not carried"
+
+
+def test_scripts_have_every_digit_of_the_supply():
+    case = DesignCase(rs.load_machine("dtu_gas_bearing"), DeskPoint(top=5000.0, speed=0.0, supply=0.1234567))
+    case.__dict__["response_speeds"] = [100.0]
+    assert f"RPM, {0.1234567e6!r})" in as_python(case, "my.toml")
+    assert "--pressure '0.1234567 MPa'" in as_commands(case, "my.toml")
+
+
+def test_an_operating_point_takes_numbers_from_zero_on_and_a_top_above_it():
     assert point_of({"top": 5000, "speed": "x", "supply": -1, "more": 3}) == DeskPoint(top=5000.0)
+    assert point_of({"top": 0, "speed": 0, "supply": 0}) == DeskPoint(speed=0.0, supply=0.0)
     assert point_of({"top": float("inf"), "speed": True}) == DeskPoint()

@@ -38,7 +38,7 @@ export default {
     <span class="desk-gap"></span>
     <button @click="scripts('python')">as Python</button>
     <button @click="scripts('commands')">as commands</button>
-    <a class="desk-button" href="report" target="_blank" rel="noopener">Report</a>
+    <a class="desk-button" :href="report" target="_blank" rel="noopener">Report</a>
     <button @click="runUp" :disabled="starting">{{ starting ? "starting…" : "Run it up" }}</button>
     <a v-if="rig" class="desk-button" :href="rig" target="_blank" rel="noopener">open the live rig</a>
   </div>
@@ -110,6 +110,9 @@ export default {
   computed: {
     drawn() {
       return this.state && this.state.view ? layout(this.state.view, this.width) : null;
+    },
+    report() {
+      return this.point.supply !== "" && Number(this.point.supply) >= 0 ? `report?supply=${Number(this.point.supply)}` : "report";
     },
   },
   async mounted() {
@@ -205,7 +208,7 @@ export default {
     },
     async stream(names) {
       const revision = this.state.revision, content = { window: WINDOW, panels: names, revision };
-      for (const key of ["top", "speed", "supply"]) if (this.point[key] !== "" && Number(this.point[key]) > 0) content[key] = Number(this.point[key]);
+      for (const key of ["top", "speed", "supply"]) if (this.point[key] !== "" && Number(this.point[key]) >= 0) content[key] = Number(this.point[key]);
       if (this.streaming) this.streaming.abort();
       const own = (this.streaming = new AbortController());
       try {
