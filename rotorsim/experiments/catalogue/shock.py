@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from identification.readers.csv import read_csv
-from identification.readers.csv import read_csv
 from rotorsim.base.errors import DataError, ReadError
 from rotorsim.base.units import parse
 from rotorsim.experiments.experiment import PointExperiment, begin, pair, param, register
