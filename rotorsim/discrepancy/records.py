@@ -91,7 +91,7 @@ def check_constant(record: xr.Dataset, name: str) -> None:
         raise DataError(
             f"{name}: the speed goes from {slow.min() * TO_RPM:.0f} to {slow.max() * TO_RPM:.0f} rpm; "
             "give records at constant speed, or a run-up with its angle and without excitation: map the column of the "
-            "angle or of a keyphasor, which 'rotorsim data check FILE --propose mapping.toml' looks for"
+            "angle or of a keyphasor, which 'rotorsim data check' looks for"
         )
 
 

@@ -90,7 +90,7 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
         Block("What to do next", d.next_step, texts=(meaning,), anchor="next",
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
-        Block("Gap before and after", "Rms of measured less simulated; the line is the scatter of the records.",
+        Block("Gap before and after", "Rms of measured less simulated; line: scatter.",
               figure=gap_by_role(d), tools=False,
               legend=[(stages.get(name, name), colour) for name, colour in stages_of(d).items()]),
     ]  # fmt: skip

@@ -291,7 +291,7 @@ def friction_curve(run: AnalysedRun, found: dict[str, blocks.Envelope]) -> go.Fi
     Examples
     --------
     >>> import rotorsim as rs
-    >>> up = rs.experiments.runup("rigid_rotor_self_acting", 0.0, 200.0, 1000.0)
+    >>> up = rs.experiments.runup("rigid_rotor_self_acting", 0.0, 100.0, 100.0)
     >>> figure = rs.report.friction_curve(up)
     """
     speed, torque = found["speed"].mean * TO_RPM, found["friction_torque"]

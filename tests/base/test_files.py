@@ -166,7 +166,7 @@ OWN = {
     "rotorsim/plant/calls.py", "rotorsim/base/public.py", "rotorsim/base/cache.py", "rotorsim/base/files.py",
     "rotorsim/base/references.py", "rotorsim/live/desk.py", "rotorsim/report/figure_files.py",
     "rotorsim/commands/results.py", "rotorsim/commands/options.py", "rotorsim/report/browser.py",
-    "fmu/model.py", "fmu/contents.py", "fmu/kernel_object.py", "identification/readers/hdf5.py",
+    "fmu/law_code.py", "fmu/model.py", "fmu/contents.py", "fmu/kernel_object.py", "identification/readers/hdf5.py",
 }  # fmt: skip
 """Files that read what rotorsim wrote, or comes with it, or a text within a binary file."""
 

@@ -32,6 +32,8 @@ PRINTED = {
     "design_point": ("LQR from 6000 rpm, 0.3 MPa: peak 7.4 um, amplitude at 6000 rpm 4.9",),
     "diagnose": ("verdict: named", "shaft_bow"),
     "diagnose_runup": ("verdict: partial", "runout.amplitude_1x", 5.43e-6, 2.8e-7, 0.535),
+    "lift_off": (239, 221),
+    "starts": (2, 18),
     "discover_law": ("discovered: cubic at disc 1", 1, 2.996e12),
     "film_coefficients": (0.7, 7.0, 5, 10.4, 1000),
     "film_pressure": (67.5, 44),

@@ -17,7 +17,7 @@ from rotorsim.report.page import Block, Page, figures, html, plain_page, save_st
 from rotorsim.report.units import IMPERIAL, displacement, label, micrometres, number, quantity, unit_system
 
 PINT = {
-    "mil": "thou", "mil/V": "thou/volt", "mil/lbf": "thou/force_pound", "V/mil": "volt/thou",
+    "mil": "thou", "lb": "pound", "mil/V": "thou/volt", "mil/lbf": "thou/force_pound", "V/mil": "volt/thou",
     "V/lbf": "volt/force_pound", "klbf/in": "kiloforce_pound/inch",
     "lbf": "force_pound", "lbf s/in": "force_pound*second/inch", "lbf/in": "force_pound/inch",
     "in": "inch", "psi": "psi", "lb/h": "pound/hour", "oz in": "ounce*inch", "oz": "ounce",
