@@ -29,7 +29,7 @@ MACROS = {
     "aarch64-darwin": "defined __aarch64__ && defined __APPLE__",
 }
 """Condition of C under which a compiler builds for a target."""
-CMAKE = Template("""# The unit as a shared library: cmake -B build && cmake --build build
+CMAKE = Template("""# The unit as a shared library: cmake -B build && make -C build
 # or, with one call in this folder:
 # gcc -std=c99 -O2 $options -fPIC -shared -fvisibility=hidden -I. $files -o $name.so -lm
 cmake_minimum_required(VERSION 3.15)

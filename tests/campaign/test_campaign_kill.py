@@ -287,7 +287,7 @@ def run_order(one):
 
 def test_a_case_that_raises_has_its_sentence_and_a_fault_of_the_program_its_trace(tmp_path, monkeypatch):
     plan = "machine = 'dtu_gas_bearing'\n[set]\n'grid.n_theta' = 16\n'grid.n_z' = 4\n'solver.time_step' = '0.2 ms'\n"
-    plan += "[experiment]\nkind = 'steady'\nduration = '20 ms'\n[axes.pressure]\nlist = ['0 MPa', '0.6 MPa']\n"
+    plan += "[experiment]\nkind = 'steady'\nduration = '20 ms'\n[axes.pressure]\nlist = ['0.01 MPa', '0.6 MPa']\n"
     make_store(make_plan(plan), tmp_path / "store")
     failed, done = (run_order(order(tmp_path / "store", number)) for number in (0, 1))
     assert failed["status"] == "failed" and "lift" in failed["error"] and "\n" not in failed["error"]
