@@ -495,7 +495,7 @@ def traction(w, F, L, h, depth, share, cc, sc, slip, U, p, dy, dz):
 
 @kernel
 def textured_torque(w, F, L, speed):
-    """As `film.smooth_torque`, patch by patch."""
+    """Torque as in `film.smooth_torque`, patch by patch."""
     U = speed * F.radius
     total = 0.0
     for i in range(L.n_theta):

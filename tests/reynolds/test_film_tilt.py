@@ -96,7 +96,7 @@ def test_static_stiffness_is_the_derivative_of_the_moment(name):
 
 @pytest.mark.parametrize("name", ["plain", "slip and lobes", "herringbone", "foil", "strips", "injectors"])
 def test_a_half_film_has_the_moment_of_the_whole(name):
-    """What is odd in z leaves the midplane, injectors there and strips alone."""
+    """A part that is odd in z leaves the midplane, injectors there and strips alone."""
     midplane = tuple(Injector(angle) for angle in np.arange(4) * np.pi / 2)
     film = FILMS["plain"] if name == "injectors" else FILMS[name]
     film = replace(film, injectors=midplane) if name == "injectors" else film
