@@ -63,7 +63,8 @@ class Shock(PointExperiment):
     def check(self) -> None:
         """Read the table, and refuse it next to a half sine."""
         if self.history is None:
-            if not np.isfinite(self.peak * self.width * (self.width + self.rest)):
+            reached = np.isfinite([np.pi / self.width, self.peak * self.width * (self.width + self.rest) / self.Ts])
+            if not reached.all() or self.width < 1e-12:
                 raise DataError(f"peak = {self.peak:g}: makes no finite motion", argument="peak", value=self.peak)
             return
         given = [name for name in ("peak", "width", "angle") if getattr(self, name) != getattr(Shock, name)]
