@@ -316,7 +316,7 @@ def top_speed(plant: Plant) -> float:
     if made is not None:
         return made
     if mesh.tables.speeds.size:
-        return float(mesh.tables.speeds[-1])
+        return mesh.tables.last
     rpm = PAST_WHIRL * float(mesh.reduced.frequencies.min()) * TO_RPM
     digit = 10 ** np.floor(np.log10(rpm) - 1)
     return min(float(np.ceil(rpm / digit - 1e-9) * digit * RPM), speed_limit(plant.machine)[0])

@@ -173,7 +173,7 @@ def at_whirl(plant: Plant, model: LinearPlant, frequency: float) -> LinearPlant:
     change = np.zeros((2, *rotor.stiffness.shape))
     for number, table in mesh.whirling.items():
         rows = mesh.between(number)
-        change += rows.T @ (np.array(table.at(speed, frequency)) - np.array(table.at(speed))) @ rows
+        change += rows.T @ (np.array(table.at(speed, frequency)) - np.array(mesh.tables.at(number, speed))) @ rows
     return replace(
         model, rotor=replace(rotor, stiffness=rotor.stiffness + change[0], damping=rotor.damping + change[1])
     )

@@ -20,6 +20,9 @@ from fe_shaft.shaft import mirrored
 from rotorsim.base.units import show
 from rotorsim.machine.part import Part, quantity
 
+CHORDS = 4
+"""Parts between two kinks of a table over speed and whirl frequency."""
+
 
 class Support(Part):
     """The housing of a bearing: a mass on springs and dampers to the ground.
@@ -202,10 +205,23 @@ class TableBearing(BearingMass):
 
     @property
     def speeds(self) -> np.ndarray:
-        """Speeds (points,) [rad/s], whirl frequencies among them: the kinks of synchronous coefficients."""
-        own, whirl = self.grid[0], self.whirl
-        inside = whirl if len(own) < 2 else whirl[(whirl > own[0]) & (whirl < own[-1])]
-        return np.union1d(own, inside)
+        """Speeds (points,) [rad/s] between which a machine takes synchronous coefficients as linear.
+
+        They are so between kinks at speeds and whirl frequencies. Over both they have a term in the speed squared, of
+        which `CHORDS` parts between two kinks leave 1/`CHORDS`^2.
+        """
+        own = self.grid[0]
+        kinks = np.union1d(own, self.whirl)
+        if len(own) < 2 or not self.whirl.size:
+            return kinks
+        parts = kinks[:-1, None] + np.diff(kinks)[:, None] * np.arange(CHORDS) / CHORDS
+        return np.append(parts.ravel(), kinks[-1])
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """First and last speed [rad/s] of the table; of one at a single speed, of its synchronous coefficients."""
+        own = self.grid[0] if len(self.grid[0]) > 1 else self.speeds
+        return float(own[0]), float(own[-1])
 
     @property
     def coefficients(self) -> tuple[np.ndarray, np.ndarray]:

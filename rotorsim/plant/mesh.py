@@ -21,6 +21,7 @@ from fe_shaft import (
 )
 from fe_shaft.assembly import AssembledRotor, add_springs, loose_motions
 from fe_shaft.elements import deflection
+from fe_shaft.shaft import mirrored
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
@@ -39,6 +40,14 @@ class Tables:
 
     speeds: np.ndarray
     values: dict[int, np.ndarray]
+    last: float = 0.0
+    """Last speed [rad/s] of any of them."""
+
+    def at(self, number: int, speed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness and damping (2, 2) of a bearing as runs and models have them at a speed [rad/s] of either sense."""
+        columns = self.values[number].reshape(len(self.speeds), -1).T
+        K, C = np.array([np.interp(abs(speed), self.speeds, one) for one in columns]).reshape(2, 2, 2)
+        return (mirrored(K), mirrored(C)) if speed < 0 else (K, C)
 
 
 @dataclass(frozen=True)
@@ -209,7 +218,11 @@ class Mesh:
         if not found:
             return Tables(np.zeros(0), {})
         speeds = np.unique(np.concatenate([b.speeds for b in found.values()]))
-        return Tables(speeds, {i: np.array([b.at(speed) for speed in speeds]) for i, b in found.items()})
+        return Tables(
+            speeds,
+            {i: np.array([b.at(speed) for speed in speeds]) for i, b in found.items()},
+            max(b.reach[1] for b in found.values()),
+        )
 
     def _loose(self) -> str:
         """Rigid-body motions that the bearings do not resist, as a text."""

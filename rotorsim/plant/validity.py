@@ -28,6 +28,7 @@ from reynolds.injector import critical_ratio
 from rotorsim.base.errors import RotorsimError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, TO_RPM
+from rotorsim.machine.bearings import TableBearing
 from rotorsim.machine.gas_film import Gas, GasFilm
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.plant import Plant, point
@@ -195,9 +196,9 @@ def slips(simulation: Simulation, number: int = 0) -> bool:
 def beyond_tables(machine: Machine, speed: float) -> Iterator[Exceeded]:
     """Tables of bearings whose first or last speed a speed [rad/s] passes, so that the row at the end is held."""
     for name, bearing in zip(machine.bearing_names, machine.bearings, strict=True):
-        if not bearing.speeds.size:
+        if not isinstance(bearing, TableBearing):
             continue
-        first, last = float(bearing.speeds[0]), float(bearing.speeds[-1])
+        first, last = bearing.reach
         if abs(speed) > last * (1 + WITHIN):
             yield _held(f"table of {name}", name, abs(speed), last, "ends")
         elif abs(speed) < first * (1 - WITHIN):

@@ -11,7 +11,7 @@ from random_machines import COUNT, random_machine
 from rotorsim.analysis import campbell, map_machine, mode_shapes
 from rotorsim.analysis.calibrate import figures
 from rotorsim.analysis.campbell import highest_speed, modes_line, searched_line
-from rotorsim.analysis.modes_over_speed import modes_over_speed
+from rotorsim.analysis.modes_over_speed import at_whirl, modes_over_speed
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import FilmResponse, LinearPlant, film_states, region_up_to
 
@@ -348,6 +348,36 @@ def test_modes_on_maxwell_elements_are_those_of_the_augmented_system_to_second_o
     orders = np.diff(np.log(errors), axis=0) / np.diff(np.log(damping), axis=0)
     assert orders == pytest.approx(2.0, abs=0.02)
     assert np.max(errors / np.square(damping)) < 2.0 and np.max(damping) < 2e-3
+
+
+def on_both_axes():
+    """The shipped rotor on tables K = K0 + a v + b w + c v w over two speeds v and three whirl frequencies w."""
+    machine = rs.load_machine("plain_rotor")
+    points = [
+        {"speed": f"{v} rad/s", "whirl_frequency": f"{w} rad/s", "kxx": f"{1e6 + 1e3 * v + 2e3 * w + 10 * v * w} N/m",
+         "kxy": f"{1e4 + 5 * v * w} N/m", "cxx": f"{10 + 0.01 * v * w} N*s/m"}
+        for v in (100.0, 500.0) for w in (50.0, 300.0, 1000.0)
+    ]  # fmt: skip
+    tables = [
+        rs.machine.TableBearing(kind="table", position=f"{b.position} m", points=points) for b in machine.bearings
+    ]
+    return Plant(machine.with_({f"bearings.{k}": one for k, one in enumerate(tables)}))
+
+
+@pytest.mark.parametrize("speed", [200.0, 400.0, 800.0, -400.0])
+def test_tables_over_speed_and_whirl_frequency_hold_at_both(speed):
+    """At their own frequency to rounding, between speeds and above the last one too; at 1X by chords of c v^2."""
+    plant = on_both_axes()
+    mesh, model = plant.assembly.mesh, plant.linearise(speed, 0.0)
+    for frequency in (150.0, 700.0):
+        found = at_whirl(plant, model, frequency).rotor.stiffness - mesh.reduced.K
+        rows = {k: mesh.between(k) for k in mesh.whirling}
+        exact = sum(rows[k].T @ t.at(speed, frequency)[0] @ rows[k] for k, t in mesh.whirling.items())
+        assert found == pytest.approx(exact, abs=1e-9 * np.abs(exact).max())
+    (table, *_) = mesh.whirling.values()
+    widest = np.diff(table.speeds[table.speeds <= 500.0]).max()
+    off = np.abs(mesh.tables.at(0, speed)[0] - table.at(speed)[0]).max()
+    assert off <= 1.001 * 10 * widest**2 / 4
 
 
 def test_a_table_over_the_whirl_frequency_has_the_critical_speeds_and_the_response_of_its_synchronous_one():
