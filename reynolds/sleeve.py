@@ -1,4 +1,4 @@
-r"""Forms of a sleeve that is no plain cylinder: lobes, steps, grooves, foil; those of a thrust bearing's face.
+r"""Forms of a sleeve beyond the plain cylinder: lobes, steps, grooves, foil; those of a thrust bearing's face.
 
 Each form is declared once: its dataclass has units, limits and sentences, from which the part of a machine file is made
 (`rotorsim.machine.part.part_of`), and its geometry. What holds for all forms asks the dataclasses (`forms`).

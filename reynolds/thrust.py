@@ -43,8 +43,10 @@ from rotorsim.base.units import TO_UM
 Array = NDArray[np.float64]
 STEP = 1e-20
 """Imaginary step, relative to the value, of a derivative."""
-ITERATIONS, TOLERANCE = 60, 1e-12
-"""Most iterations of a steady film, and the relative change of pressure at which they end."""
+ITERATIONS = 60
+"""Most iterations of a steady film."""
+TOLERANCE = 1e-12
+"""Relative change of pressure at which they end."""
 LEAST = 0.3
 """Smallest share of a pressure that an iteration leaves."""
 

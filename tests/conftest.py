@@ -105,3 +105,15 @@ def build_neutral(values: Mapping[str, Any] | None = None, name: str = "dtu_gas_
 
 
 neutral = shared(build_neutral)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium without a window."""
+    playwright = pytest.importorskip("playwright.sync_api")
+    from clicker import CHROMIUM, FLAGS
+
+    with playwright.sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()

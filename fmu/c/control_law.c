@@ -363,7 +363,7 @@ static real runout_at(int axis, real angle) {
 }
 #endif
 
-/* Alarm for what is no number, or LAW_OK; what the law does not use does not count. */
+/* Alarm for what is not finite, or LAW_OK; what the law does not use does not count. */
 static int not_a_number(const real measured[2], real speed, real pressure, real angle) {
     (void)angle;
     if (!(ABS(measured[0]) < FARTHEST && ABS(measured[1]) < FARTHEST)) return LAW_SENSOR;

@@ -32,8 +32,10 @@ NEAREST = 0.02
 """Smallest gap, in clearances, at which an equilibrium is looked for."""
 FURTHEST = 20.0
 """Largest displacement, in clearances, that is looked at where one side has no film."""
-DRAWN, POINTS = 0.6, 31
-"""Largest displacement that is drawn, in clearances, and number of points of a curve."""
+DRAWN = 0.6
+"""Largest displacement that is drawn, in clearances."""
+POINTS = 31
+"""Points of a curve."""
 SAME = 1e-10
 """Relative change of a frequency at which its iteration ends."""
 ITERATIONS = 60
@@ -81,11 +83,12 @@ class AxialCurves:
     """Axial state at the highest speed, or why there is none, with curves to draw.
 
     Forces (films, n) [N] towards +z over displacements (n,) [m] at that speed; wn [rad/s] and damping ratio (m,) of the
-    mode over speeds (m,) [rad/s], NaN where the films do not carry.
+    mode over speeds (m,) [rad/s], NaN where the films do not carry. `carried` is None where that is not known.
     """
 
     state: AxialState | None
     refused: str
+    carried: bool | None
     displacements: np.ndarray
     forces: np.ndarray
     speeds: np.ndarray
@@ -169,15 +172,16 @@ def axial_forces(machine: Machine, displacements: np.ndarray, speed: float, pres
 
 def axial_curves(machine: Machine, speed: float, pressure: float, beyond: float) -> AxialCurves:
     """Axial state at a speed [rad/s], forces over the displacement, and the mode up to `beyond` times the speed."""
+    carried: bool | None
     try:
-        state, refused = axial_state(machine, speed, pressure), ""
+        state, refused, carried = axial_state(machine, speed, pressure), "", True
     except (NoLiftOffError, ConvergenceError) as error:
-        state, refused = None, str(error)
+        state, refused, carried = None, str(error), False if isinstance(error, NoLiftOffError) else None
     room = min(one.clearance for one in machine.thrust_bearings)
     z = np.linspace(-DRAWN, DRAWN, POINTS) * room
     speeds = np.linspace(0, beyond * speed, POINTS)
     modes = np.array([_mode(machine, float(one), pressure) for one in speeds])
-    return AxialCurves(state, refused, z, axial_forces(machine, z, speed, pressure), speeds, *modes.T)
+    return AxialCurves(state, refused, carried, z, axial_forces(machine, z, speed, pressure), speeds, *modes.T)
 
 
 def _mode(machine: Machine, speed: float, pressure: float) -> tuple[float, float]:

@@ -171,7 +171,7 @@ class DesignCheck:
 
     @property
     def reserve(self) -> float:
-        """Distance from the limit over the limit, negative beyond it; NaN where there is no number."""
+        """Distance from the limit over the limit, negative beyond it; NaN where nothing is found."""
         if self.found is None or not self.limit > 0:
             return float("nan")
         return (self.found / self.limit - 1) * (1 if self.sense == "at least" else -1)
@@ -232,7 +232,7 @@ class DesignReview:
 
     @property
     def no_map(self) -> str:
-        """Why there is no critical speed map."""
+        """Why the critical speed map is missing."""
         return self._map[1]
 
     @property
@@ -784,7 +784,8 @@ def _axial_checks(r: DesignReview) -> Iterator[DesignCheck]:
         return
     name, state = "Damping ratio of the axial mode", r.axial.state
     if state is None:
-        yield DesignCheck(name, "at least", 0.0, None, "", MISSED, "onset", "not carried", r.axial.refused)
+        verdict, detail = (OPEN, "") if r.axial.carried is None else (MISSED, "not carried")
+        yield DesignCheck(name, "at least", 0.0, None, "", verdict, "onset", detail, r.axial.refused)
     else:
         yield DesignCheck(
             name, "at least", 0.0, state.zeta, "", MET if state.zeta > 0 else MISSED, "onset",

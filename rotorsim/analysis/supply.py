@@ -60,8 +60,8 @@ def felt(machines: Sequence[Machine], pressures: Sequence[float] | np.ndarray) -
     for machine in machines:
         for pressure in pressures:
             machine.gas.absolute(float(pressure))
-    fed = any(machine.fed for machine in machines)
-    return np.asarray(pressures, float) if fed else np.zeros(1)
+    supplied = any(machine.supplied for machine in machines)
+    return np.asarray(pressures, float) if supplied else np.zeros(1)
 
 
 def _neutral(a: Assembly, lines: list[Call]) -> Any:

@@ -376,6 +376,7 @@ def sweep(
     from rotorsim.analysis.sweep_definition import make_sweep
     from rotorsim.campaign.run import plan_of, run_sweep
     from rotorsim.campaign.store import MANIFEST
+    from rotorsim.report.page import write
 
     chosen = run.settings()
     point = options.quantity("speed", speed, "rad/s"), options.quantity("pressure", pressure or options.SUPPLY, "Pa")
@@ -395,8 +396,6 @@ def sweep(
         found, outcome = run_sweep(defined, folder / CAMPAIGN, chosen)
         files = found.write(folder) | {"campaign": str(folder / CAMPAIGN)}
         if report:
-            from rotorsim.report.page import write
-
             files["report"] = str(write(found, folder / REPORT))
             files |= page.finish(files["report"])
     _print(found, outcome, files, run.as_json)

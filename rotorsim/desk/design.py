@@ -41,7 +41,7 @@ class FileChangedError(DataError):
 class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
-    `disk` is what the file held when it was read or written here, None while there is no file.
+    `disk` is what the file held when it was read or written here, None before it exists.
     """
 
     text: str

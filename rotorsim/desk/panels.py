@@ -87,7 +87,7 @@ class DesignCase:
     @property
     def pressure(self) -> float:
         """Gauge supply pressure [Pa]; 0 for a machine without feed."""
-        return self.point.supply * MPA if self.machine.fed else 0.0
+        return self.point.supply * MPA if self.machine.supplied else 0.0
 
     @cached_property
     def top(self) -> float:

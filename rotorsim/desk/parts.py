@@ -57,7 +57,7 @@ def problem_fields(design: Design) -> dict[str, str]:
 
 
 def _fields(design: Design, tables: Mapping[str, Any]) -> Iterator[tuple[str, Any, Quantity | None, str]]:
-    """Path, SI value, declaration and sentence of every field; only what is written where the text is no machine."""
+    """Path, SI value, declaration and sentence of every field; only what is written in a text that makes no machine."""
     if design.machine is None or design.problems:
         known = {path: (declared, doc) for path, _, declared, doc in leaves(design.machine)} if design.machine else {}
         for path in _written(tables):

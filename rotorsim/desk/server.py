@@ -67,7 +67,7 @@ class DesignDesk:
         return short | {
             "name": design.path.name, "undo": len(design.before), "redo": len(design.after), "groups": listed(design),
             "problems": list(design.problems), "at": problem_fields(design), "view": view, "remark": self.remark,
-            "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.fed,
+            "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.supplied,
             "panels": [{"name": name, "title": title} for name, title in TITLES.items()],
         }  # fmt: skip
 
@@ -268,6 +268,15 @@ class PanelStream:
             self._child.kill()
 
 
+async def _content(request: Request) -> dict[str, Any]:
+    """The object that a request holds; an empty one where it holds none."""
+    try:
+        content = orjson.loads(await request.body())
+    except ValueError:
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
 def application(desk: DesignDesk, answers: PanelStream) -> Any:
     """Web application of a desk without access control: the page at /, the design, its answers and its report."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
@@ -276,26 +285,19 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
         body = orjson.dumps(content)
         return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
 
-    async def asked(request: Request) -> dict[str, Any]:
-        try:
-            content = orjson.loads(await request.body())
-        except ValueError:
-            return {}
-        return content if isinstance(content, dict) else {}
-
     @app.get("/desk")
     def state(known: int = -1) -> Response:
         return reply(desk.state(known))
 
     @app.post("/desk")
     async def act(request: Request) -> Response:
-        content = await asked(request)
+        content = await _content(request)
         brought = desk.act(str(content.pop("act", "")), content)
         return reply(desk.state() | brought)
 
     @app.post("/answers")
     async def answer_panels(request: Request) -> Response:
-        content = await asked(request)
+        content = await _content(request)
         names = content.get("panels")
         known = [name for name in names if name in PANELS] if isinstance(names, list) else []
         if desk.design is None:
@@ -305,7 +307,7 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
 
     @app.post("/scripts")
     async def scripts(request: Request) -> Response:
-        point = point_of(await asked(request))
+        point = point_of(await _content(request))
         try:
             return reply(await asyncio.to_thread(desk.scripts, point))
         except (RotorsimError, AssertionError) as error:
@@ -321,7 +323,7 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
     @app.get("/report")
     async def report(supply: float | None = None) -> Response:
         if desk.design is None or desk.design.machine is None:
-            return Response("there is no design yet", media_type="text/plain")
+            return Response("begin a design or open one first", media_type="text/plain")
         text = desk.design.text
         try:
             page = await asyncio.to_thread(report_of, text, point_of({"supply": supply}))
@@ -370,7 +372,7 @@ def serve_desk(
     Raises
     ------
     MachineFileError
-        For what is no machine file.
+        For what cannot be read as a machine file.
 
     Examples
     --------

@@ -47,7 +47,7 @@ def begin(key: str, folder: Path, path: Path | None = None) -> Design:
 
 
 def free(folder: Path, name: str) -> Path:
-    """The first path of a name that is no file yet."""
+    """The first path of a name that does not exist yet."""
     number, path = 2, folder / f"{name}.toml"
     while path.exists():
         path, number = folder / f"{name}_{number}.toml", number + 1

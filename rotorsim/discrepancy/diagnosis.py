@@ -855,8 +855,7 @@ class DiagnosisRun:
         notes: list[str],
     ) -> Diagnosis:  # fmt: skip
         self.progress("show")
-        verdict, odds = judgement.verdict, judgement.odds
-        best = verdict.best
+        verdict, odds, best = judgement.verdict, judgement.odds, judgement.verdict.best
         final = base if best is None else best.fit
         comparison, again = self._proven(final) if best is not None else (self.fitted, final)
         proven, V = self._measured(final, comparison, again)

@@ -57,8 +57,10 @@ MOST_TERMS = 3
 """Most terms of a law."""
 SHARE = 0.1
 """Step of a coefficient in finite differences, as a share of it."""
-NEAR, MOST_LAWS = 100.0, 3
-"""Difference of scores within which laws at other places are fitted to the plant too, and most laws."""
+NEAR = 100.0
+"""Difference of scores within which laws at other places are fitted to the plant too."""
+MOST_LAWS = 3
+"""Largest number of laws that are fitted to the plant."""
 TWO_AMPLITUDES = 1.5
 """Ratio of the largest and the smallest excitation from which on there are two amplitudes."""
 NOT_PERIODIC = (

@@ -65,10 +65,10 @@ RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
 """Probability of something beyond the catalogue from which no name is given."""
-REFUSED, NAMELESS = 0.05, 0.15
-"""Chance that all records together refute a right calibration, and that a cause in the catalogue gets no name although
-they do: none of 21 known calibrations and 3 of 21 known causes, by the rule of succession. Something beyond the
-catalogue never has a name."""
+REFUSED = 0.05
+"""Chance that all records together refute a right calibration: none of 21 known ones was, and one is counted."""
+NAMELESS = 0.15
+"""Chance that a cause in the catalogue gets no name although they do: 3 of 21 known causes. One beyond it never has."""
 LEAST_NOTHING = 0.8
 """Probability that nothing is missing below which nothing is "no disagreement": above that of any known wrong one."""
 MANY = 5.0

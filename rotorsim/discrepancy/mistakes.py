@@ -48,9 +48,12 @@ from rotorsim.discrepancy.twin import of_axis
 FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
 """Factors between units that are taken for one another, with their causes."""
-PEAK, PEAK_INSIDE, FASTEST = 2.0, 20, 2 * np.pi * 500.0
-"""Size of a peak of 1X over that at the ends of a table, part of the rows at either end that has none, and fastest
-speed [rad/s] of another unit that is tried."""
+PEAK = 2.0
+"""Size of a peak of 1X over that at the ends of a table."""
+PEAK_INSIDE = 20
+"""Part of the rows at either end of a table that has no peak, as its inverse."""
+FASTEST = 2 * np.pi * 500.0
+"""Fastest speed [rad/s] of another unit that is tried."""
 ALIKE = 0.7
 """Cosine between measured and simulated lines from which they count as the same up to a factor."""
 NEAR = 0.35

@@ -33,8 +33,10 @@ FEWEST_SAMPLES = 8
 """Fewest samples of the turns that are run at once."""
 NEXT_TO = 0.02
 """Relative difference of a sample of the turns from one of the machine that is looked for."""
-FINE, ENOUGH = 1e-4, 1e-2
-"""Change over the turns, in orbits, at which the search ends, and the largest one of an orbit that is taken."""
+FINE = 1e-4
+"""Change over the turns, in orbits, at which the search ends."""
+ENOUGH = 1e-2
+"""Largest change over the turns, in orbits, of an orbit that is taken."""
 MOST = 40
 """Largest number of times that the turns are run."""
 MEMORY = 24
@@ -100,9 +102,9 @@ def weights(moved: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
 
 
 def growth(moved: list[tuple[np.ndarray, np.ndarray]], time: float) -> float:
-    """Growth [1/s] of the motion that decays least, from states and answers after `time` [s]; minus infinity of one."""
+    """Growth [1/s] of the motion that decays least, from states and answers after `time` [s]; NaN of one."""
     if len(moved) < 2:
-        return -np.inf
+        return np.nan
     before, after = (np.diff(np.array(one), axis=0).T for one in zip(*moved, strict=True))
     scale = np.linalg.norm(before, axis=0)
     U, sizes, V = np.linalg.svd(before / scale, full_matrices=False)

@@ -309,7 +309,7 @@ def test_odds_without_a_flagged_line_state_how_often_such_a_verdict_is_met(more)
 
 @pytest.mark.parametrize(("more", "status"), [({}, "tie"), ({"growing": "1X grows"}, "unknown")])
 def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone_does_not_stand(more, status):
-    """A gain of a probe lowers the sum of squares by 60, which is no name; a motion that grows is not its work."""
+    """A gain of a probe lowers the sum of squares by 60, too little for a name; a motion that grows is not its work."""
     one, given = fitted(COUPLING), odds((COUPLING, 0.6), nothing=0.3, beyond=0.1)
     found = judged(AllEvidence(QUIET, given, frozenset(KNOWN), flagged=False, faint=(one,), **more))
     assert found.verdict.status == status and (found.verdict.best is one) == (status == "tie")

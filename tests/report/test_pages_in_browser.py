@@ -38,15 +38,6 @@ def page(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def browser():
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
 @pytest.mark.parametrize(("width", "stacked"), [(400, True), (1300, False)])
 def test_panels_stand_below_each_other_on_a_narrow_screen(browser, page, width, stacked):
     window = window_of(browser, viewport={"width": width, "height": 900})

@@ -51,8 +51,8 @@ class Shock(PointExperiment):
     shakes: ClassVar[bool] = True
     example: ClassVar[str] = "--peak '50 m/s^2' --width '11 ms' --angle '90 deg'"
     figures: ClassVar[tuple[str, ...]] = ("excitation", "against_time", "spectra")
-    peak: float = param("m/s^2", "Largest acceleration of the half sine.", 50.0, above=0)
-    width: float = param("s", "Duration of the half sine.", 11e-3, above=0)
+    peak: float = param("m/s^2", "Largest acceleration of the half sine.", 50.0, above=0, high=1e9)
+    width: float = param("s", "Duration of the half sine.", 11e-3, low=1e-9, high=1e3)
     angle: float = param("rad", "Direction of the acceleration: 0 is x, 90 deg is y.", np.pi / 2)
     lead: float = param("s", "Time before the shock.", 0.1, low=0, samples=True)
     rest: float = param("s", "Time after the shock.", 1.0, low=0, samples=True)
@@ -63,9 +63,6 @@ class Shock(PointExperiment):
     def check(self) -> None:
         """Read the table, and refuse it next to a half sine."""
         if self.history is None:
-            reached = np.isfinite([np.pi / self.width, self.peak * self.width * (self.width + self.rest) / self.Ts])
-            if not reached.all() or self.width < 1e-12:
-                raise DataError(f"peak = {self.peak:g}: makes no finite motion", argument="peak", value=self.peak)
             return
         given = [name for name in ("peak", "width", "angle") if getattr(self, name) != getattr(Shock, name)]
         if given:

@@ -2,21 +2,10 @@
 
 import pytest
 
-from clicker import CHROMIUM, FLAGS
 from live_browser import PATIENCE, Started, serve
 from rotorsim.machine import machine_text
 
 READY = "[...document.querySelectorAll('[data-panel]')].length > 0 && window.deskTimes.some((one) => one.all)"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

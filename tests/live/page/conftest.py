@@ -2,7 +2,6 @@
 
 import pytest
 
-from clicker import CHROMIUM, FLAGS
 from live_browser import PATIENCE, Started
 
 
@@ -23,16 +22,6 @@ def rig(folder):
 @pytest.fixture(scope="module")
 def address(rig):
     return rig.address
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
