@@ -208,7 +208,7 @@ class TableBearing(BearingMass):
         """Speeds (points,) [rad/s] between which a machine takes synchronous coefficients as linear.
 
         They are so between kinks at speeds and whirl frequencies. Over both they have a term in the speed squared, of
-        which `CHORDS` parts between two kinks leave 1/`CHORDS`^2.
+        which `CHORDS` parts between two kinks leave the inverse square of their number.
         """
         own = self.grid[0]
         kinks = np.union1d(own, self.whirl)
