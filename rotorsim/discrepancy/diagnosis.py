@@ -197,7 +197,7 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
-WITHDRAWN = "{} would explain the records too, and no group of lines shows it: a law explains them clearly better"
+WITHDRAWN = "{} would explain the records too, but a law explains them clearly better"
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
     "no group of lines is beyond its floor by itself, but a law explains all of them together clearly better than the "
@@ -518,9 +518,9 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effects of the catalogue, both next to a
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
-        group of lines shows a name or a calibration. A verdict that no group shows is not given where such a law is not
-        borne out, nor peace where a constant force is there. What does not repeat is the verdict where nothing else is
-        open, and else a note.
+        group of lines shows a name or a calibration. A tie, and a verdict that no group shows, are not given where such
+        a law is not borne out, nor peace where a constant force is there. What does not repeat is the verdict where
+        nothing else is open, and else a note.
         """
         if self.machine.film is not None:
             return None
@@ -542,8 +542,8 @@ class DiagnosisRun:
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
-            if faint and found:
-                return self._without_name(base, judgement, notes)
+            if found and (faint or status == "tie"):
+                return self._without_name(base, flags, judgement, notes)
             if status == "tie" or (faint and status != "no_disagreement"):
                 return None
             force = what_does_not_repeat(self.fitted, base, seen["fit"])
@@ -551,7 +551,7 @@ class DiagnosisRun:
             return None
         if force is None:
             constant = found is None and faint
-            return self._without_name(base, judgement, notes) if constant else None
+            return self._without_name(base, flags, judgement, notes) if constant else None
         refuted = bool(found) and status != "unknown"
         if status == "partial" or refuted or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
             notes.append(NOT_REPEATED.format(force.sentence))
@@ -559,12 +559,14 @@ class DiagnosisRun:
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
-    def _without_name(self, base: ParameterFit, judgement: Judgement, notes: list[str]) -> Diagnosis:
-        """Diagnosis without a verdict that no group shows: a law is clearly better than it, but not borne out."""
+    def _without_name(
+        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
+    ) -> Diagnosis:  # fmt: skip
+        """Diagnosis without a tie or a verdict that no group shows: a law is clearly better, but not borne out."""
         best, rivals = judgement.verdict.best, judgement.verdict.rivals
         names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
         notes += [WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
-        return self._result(base, [], withdrawn(judgement), None, notes)
+        return self._result(base, flags, withdrawn(judgement), None, notes)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
         """Observed places of the records of a role, about the calibration."""

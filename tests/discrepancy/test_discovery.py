@@ -489,8 +489,8 @@ def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
 
 
 @pytest.mark.parametrize(("status", "flags", "verdict"), [("named", [], "unknown"), ("tie", [], "unknown"),
-                                                          ("partial", [1], None)])  # fmt: skip
-def test_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_and_not_borne_out(
+                                                          ("tie", [1], "unknown"), ("partial", [1], None)])  # fmt: skip
+def test_a_tie_or_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_and_not_borne_out(
     status, flags, verdict, monkeypatch
 ):
     """Its name, the other ones that may be, and the judgement about other records stay with the verdict."""
