@@ -189,6 +189,8 @@ def calibration(twin: Twin, points: int = 6) -> tuple[FitParameter, ...]:
     return tuple(parameters)
 
 
+SHEAR = FitParameter("shaft_shear", 0.1, 0.5, -1.0, 1.0)
+"""Relative change of the shaft's softening by shear, which stands next to a law: a shaft with -1 does not shear."""
 MESH = FitParameter("mesh", 1.0, 0.5)
 """Direction of the solver's error, which is corrected for; half of it may remain."""
 LAW = FitParameter("law", 1.0, 0.1)

@@ -12,7 +12,7 @@ import numpy as np
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
-from rotorsim.discrepancy.calibration import GRID, STEP, CompiledModels, ParameterPoint, Progress, within
+from rotorsim.discrepancy.calibration import GRID, SHEAR, STEP, CompiledModels, ParameterPoint, Progress, within
 from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
 from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
@@ -535,7 +535,7 @@ class DiagnosisRun:
         self.progress("discover")
         rival = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
         try:
-            base = finished(self.fitted, base, central=False)
+            base = self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             found = self._discovered(base, flags, apart, seen, own, rival)
@@ -558,6 +558,10 @@ class DiagnosisRun:
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
+
+    def _with_shear(self, fit: ParameterFit) -> ParameterFit:
+        """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law."""
+        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, SHEAR)), central=False)
 
     def _without_name(
         self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
@@ -588,14 +592,14 @@ class DiagnosisRun:
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
         law, known = laws[0], base.cost
         if rival is not None and known - _priced(law) >= CLEAR:  # both stand next to a calibration that has converged
-            rival = replace(rival, fit=finished(self.fitted, rival.fit, central=False))
+            rival = replace(rival, fit=self._with_shear(rival.fit))
             known = min(known, priced(rival))
         if known - _priced(law) < CLEAR:
             return ""
         if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
             return None
         if law.remembers:
-            return self._of_memory(base, flags, seen, laws, known, notes)
+            return self._of_memory(base, flags, laws, known, notes)
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
@@ -632,22 +636,16 @@ class DiagnosisRun:
         )  # fmt: skip
 
     def _of_memory(
-        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], laws: Sequence[ProposedLaw],
-        known: float, notes: list[str],
+        self, base: ParameterFit, flags: list[Misfit], laws: Sequence[ProposedLaw], known: float, notes: list[str]
     ) -> Diagnosis | str:  # fmt: skip
-        """Diagnosis with the first of laws with a memory, by the linear model; a sentence where it is not borne out.
+        """Diagnosis with the best of laws with a memory, by the linear model; a sentence where it is not borne out.
 
-        The plant cannot run it: the calibration moves as the law has it, and the law is solved once more from there.
+        The plant cannot run them: the calibration moves as each has it, and the law is solved once more from there.
         """
-        law, before = laws[0], {role: part.residual(base.point) for role, part in self.parts.items()}
-        there = base.point.moved(base.parameters, within(base.parameters, base.vector + law.moved) - base.vector)
-        moved = replace(base, point=there, residual=self.fitted.residual(there),
-                        J=self.fitted.jacobian(there, base.parameters))  # fmt: skip
-        parts = {role: self._seen(part, moved) for role, part in self.parts.items()}
-        again = replace(solved(parts["fit"], parts.get("held_out"), moved, law.place, law.terms), tried=law.tried)
-        if again.cost > law.cost:
-            parts, again = {role: seen.get(role) or self._seen(part, base) for role, part in self.parts.items()}, law
-        left = remembered(parts, before, [again, *laws[1:]], known)
+        before = {role: part.residual(base.point) for role, part in self.parts.items()}
+        solutions = sorted((self._moved_by(law, base) for law in laws), key=lambda one: one[0].score)
+        again, (law, parts) = [one for one, _ in solutions], solutions[0]
+        left = remembered(parts, before, again, known)
         if left is None:
             return NO_LAW.format(law.names)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
@@ -655,27 +653,37 @@ class DiagnosisRun:
         gap["gap"].values[:, :, 2] = np.concatenate(
             [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
         )
-        discovered_law = of_remembered([again, *laws[1:]], known, law_places(self.machine)[law.place])
-        return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=discovered_law)
+        stated = of_remembered(again, known, law_places(self.machine)[law.place])
+        return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=stated)
+
+    def _moved_by(self, law: ProposedLaw, base: ParameterFit) -> tuple[ProposedLaw, dict[str, ObservedPlaces]]:
+        """A law solved from the calibration that goes with it, and what is observed of the places there."""
+        there = base.point.moved(base.parameters, within(base.parameters, base.vector + law.moved) - base.vector)
+        J = self.fitted.jacobian(there, base.parameters)
+        moved = replace(base, point=there, residual=self.fitted.residual(there), J=J)
+        parts = {role: self._seen(part, moved) for role, part in self.parts.items()}
+        again = solved(parts["fit"], parts.get("held_out"), moved, law.place, law.terms)
+        return replace(again, tried=law.tried), parts
 
     def _as_exact_as_shown(self, best: Hypothesis) -> tuple[Hypothesis, list[str]]:
         """A borne-out hypothesis, fitted with the tolerance that the records show with it; a note where it is finer.
 
         The floor of all records has that tolerance from then on.
         """
-        exact, fit = self._with_tolerance(best.fit, 0.0)
-        tolerance = self.fitted.tolerance_shown(fit.point, fit.residual * exact.fitted.sigma)
+        parts, fit = self._with_tolerance(best.fit, 0.0)
+        tolerance = self.fitted.tolerance_shown(fit.point, fit.residual * parts["fit"].sigma)
         if tolerance > (1 - FINER) * self.tolerance:
             return best, []
-        exact, fit = self._with_tolerance(fit, tolerance)
-        self.parts = exact.parts
+        self.parts, fit = self._with_tolerance(best.fit, tolerance)
         return replace(best, fit=fit), [EXACT.format(100 * tolerance, 100 * self.tolerance)]
 
-    def _with_tolerance(self, fit: ParameterFit, tolerance: float) -> tuple[DiagnosisRun, ParameterFit]:
-        """This run with another tolerance of the model, and a fit under its floor."""
+    def _with_tolerance(
+        self, fit: ParameterFit, tolerance: float
+    ) -> tuple[dict[str, TwinComparison], ParameterFit]:  # fmt: skip
+        """Comparisons by role with another tolerance of the model, and a fit under their floor by its own chord."""
         parts = {role: part.with_tolerance(fit.point, tolerance) for role, part in self.parts.items()}
-        whitened = replace(fit, residual=parts["fit"].residual(fit.point))
-        return replace(self, parts=parts), relinearised(parts["fit"], whitened, lambda: self.progress("show"))
+        own, J = parts["fit"], fit.J * (self.fitted.sigma / parts["fit"].sigma)[:, None]
+        return parts, fit_parameters(own, fit.point, fit.parameters, J, steps=3, progress=lambda: self.progress("show"))
 
     def _judged(
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float

@@ -184,6 +184,8 @@ def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]
     if key.startswith("bearing."):
         _, number, last = key.split(".")
         place = f"the loss c / k^2 of the bearing {machine.bearing_names[int(number)]} along {last[1]}"
+    elif key == "shaft_shear":
+        place = "the softening of the shaft by shear"
     elif key.startswith("actuator_"):
         place = f"the gain of the actuators along {key[-1]}"
     return f"{place} has changed by {100 * size:+.3g} % +- {100 * sd:.2g} %"
@@ -490,6 +492,7 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
                 "offset_y",
                 "mesh",
                 "law",
+                "shaft_shear",
                 "actuator_x",
                 "actuator_y",
             )

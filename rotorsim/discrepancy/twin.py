@@ -46,7 +46,7 @@ SETTLED = 1e-5
 Setting = Mapping[str, float]
 """Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or 'plane', the
 coordinate z [m] whose displacement is read."""
-FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "actuator_x", "actuator_y")
+FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "shaft_shear", "actuator_x", "actuator_y")
 """Keys of relative changes of numbers that no effect describes."""
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 """Mask of the supply pressure in the columns of a run's input rows."""
@@ -547,6 +547,8 @@ def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> 
         _add(a, w, a.rotor.C, change * a.mesh.shaft_damping)
     elif key == "shaft_stiffness":
         _add(a, w, a.rotor.K, change * a.mesh.shaft_stiffness)
+    elif key == "shaft_shear":
+        _add(a, w, a.rotor.K, change * a.mesh.shear_softening)
     elif key in ("actuator_x", "actuator_y"):
         for name in ("pin", "sign"):
             record[0][f"{name}_{key[-1]}"][:] *= 1 + change

@@ -29,6 +29,8 @@ from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-7
+SHEAR_STEP = 1e-4
+"""Relative change of the shaft's compliance in shear for a derivative."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -364,6 +366,22 @@ class Mesh:
         """Stiffness of the shaft alone in modal coordinates (2n, 2n) [1/s2]."""
         Phi = self.shaft_modes
         return np.asarray(Phi.T @ self.free_stiffness @ Phi)
+
+    @cached_property
+    def shear_softening(self) -> np.ndarray:
+        """Derivative of `shaft_stiffness` by the relative change of the shaft's compliance in shear [1/s2].
+
+        That of a solid section is proportional to 7 + 6 nu (Cowper), so that Poisson's ratio changes it.
+        """
+
+        def softer(element: ShaftElement) -> ShaftElement:
+            m = element.material
+            own = Material(m.name, m.rho, m.E, Poisson=m.Poisson + SHEAR_STEP * (7 / 6 + m.Poisson))
+            return replace(element, material=own)
+
+        changed = AssembledRotor([softer(element) for element in self._elements()], self._discs(), []).K()
+        Phi = self.shaft_modes
+        return np.asarray(Phi.T @ (changed - self.free_stiffness) @ Phi) / SHEAR_STEP
 
     @property
     def shaft_damping(self) -> np.ndarray:
