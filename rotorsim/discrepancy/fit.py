@@ -199,7 +199,10 @@ def finished(
         fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=central))
         if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
             break
-        fit = fit_parameters(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2, progress=progress)
+        last, fit = fit, fit_parameters(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2,
+                                        progress=progress)  # fmt: skip
+        if fit.point == last.point:  # the Jacobian is that of its point
+            break
     return fit
 
 
