@@ -36,6 +36,7 @@ from rotorsim.discrepancy.data_vector import (
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
+    OF_FILM,
     PRICE,
     ProposedLaw,
     after_choice,
@@ -522,9 +523,8 @@ class DiagnosisRun:
         a law is not borne out, nor peace where a constant force is there. What does not repeat is the verdict where
         nothing else is open, and else a note.
         """
-        if self.machine.film is not None:
-            return None
-        lacking, status = cannot_tell(self.fitted.trials), judgement.verdict.status
+        status = judgement.verdict.status
+        lacking = cannot_tell(self.fitted.trials) if self.machine.film is None else OF_FILM
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
         if not (unanswered or faint or status in ("tie", "no_disagreement")):

@@ -72,6 +72,10 @@ ONE_AMPLITUDE = (
     "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
     "that does not; record the same points with half the excitation, or with a trial weight"
 )
+OF_FILM = (
+    "a law is not looked for where a gas film carries the shaft, whose own force bends with the motion too; record the "
+    "same points with half the excitation, and write what the equivalent force shows as an effect of your own"
+)
 """Notes on records of which no law can be identified."""
 NOT_IDENTIFIABLE = (
     "a stiffness, damping, mass or delayed force at a place makes all records together agree clearly better, and no "

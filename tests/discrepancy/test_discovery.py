@@ -16,6 +16,7 @@ from rotorsim.discrepancy.diagnosis import NO_PEACE, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     NOT_PERIODIC,
+    OF_FILM,
     ONE_AMPLITUDE,
     ONE_SPEED,
     DiscoveredLaw,
@@ -466,7 +467,7 @@ def test_the_tolerance_that_records_show_is_the_scatter_of_what_is_left_about_th
 FORCE, BOW = SimpleNamespace(sentence="a random force"), ("shaft_bow.bow",)
 
 
-def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, force=FORCE):
+def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, force=FORCE, film=None):
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
     for name, value in (("cannot_tell", ""), ("what_does_not_repeat", force), ("repeating", repeats),
@@ -474,7 +475,7 @@ def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, force=
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
     verdict = SearchVerdict(status, SimpleNamespace(keys=BOW, failed=True) if status in ("named", "tie") else None)
-    run = DiagnosisRun(SimpleNamespace(film=None), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
+    run = DiagnosisRun(SimpleNamespace(film=film), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
                        lambda stage: None)  # fmt: skip
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
     monkeypatch.setattr(f"{room}.finished", lambda comparison, fit, central: fit)
@@ -516,6 +517,16 @@ def test_a_tie_or_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_
         left = given.judgement
         assert (left.verdict.status, left.verdict.best, left.left, left.worse) == ("unknown", None, 2, ("one",))
         assert {(e.effects, e.beyond): e.probability for e in left.odds} == {(BOW, True): 0.96, ((), False): 0.04}
+
+
+@pytest.mark.parametrize(("status", "noted"), [("unknown", True), ("partial", True), ("named", False), ("tie", False),
+                                               ("no_disagreement", False), ("recalibrated", False)])  # fmt: skip
+def test_a_machine_with_a_gas_film_has_no_law_and_records_without_an_answer_state_what_to_record(
+    status, noted, monkeypatch
+):
+    tried = list[str]()
+    given, notes = beyond_the_catalogue(status, [1], [1], lambda notes: tried.append("law"), monkeypatch, film="a film")
+    assert given is None and not tried and (OF_FILM in notes) == noted
 
 
 @pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])

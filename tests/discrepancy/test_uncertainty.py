@@ -93,3 +93,23 @@ def test_parameters_that_the_data_do_not_distinguish_have_the_standard_deviation
     found = ParameterFit(parameters, ParameterPoint({}), rng.normal(size=60), J, 60.0)
     sd = np.sqrt(np.diag(covariance(found, np.repeat(np.arange(6), 10))))
     assert np.all(sd[:2] > 0.3) and sd[2] < 1e-6
+
+
+class Unmoved(Oscillator):
+    """Records that no step comes nearer to, although sensitivities promise it."""
+
+    def predict(self, point):
+        return super().predict(ParameterPoint())
+
+    def _beside(self, point, parameter, step, here):
+        return Oscillator.predict(self, ParameterPoint({parameter: step}))
+
+
+def test_sensitivities_of_a_fit_that_no_step_improves_are_taken_once(monkeypatch):
+    comparison = Unmoved(np.array([0.05, 0.1, 0.2]), np.random.default_rng(1))
+    start, own, taken = ParameterPoint({k: 0.0 for k in PARAMETERS}), comparison.jacobian, list[int]()
+    fit = ParameterFit(PARAMETERS, start, comparison.residual(start), np.zeros((0, 0)), 1e300)
+    fit = replace(fit, cost=float(fit.residual @ fit.residual))
+    monkeypatch.setattr(comparison, "jacobian", lambda *given, **named: taken.append(1) or own(*given, **named))
+    done = finished(comparison, fit)
+    assert done.point == start and fall(done) > 1.0 and len(taken) == 1
