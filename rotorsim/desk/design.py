@@ -43,8 +43,8 @@ class FileChangedError(DataError):
 class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
-    `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot be
-    written next to it.
+    `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
+    be written next to it.
     """
 
     text: str

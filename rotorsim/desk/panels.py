@@ -30,6 +30,8 @@ from rotorsim.report.page import cells
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.plant.linearise import LinearPlant
+
 STEPS = 20
 """Steps of the speeds of a Campbell diagram."""
 FINER = 40
@@ -74,6 +76,21 @@ class DeskPoint:
     supply: float = SUPPLY / MPA
 
 
+class RememberingPlant(Plant):
+    """A plant that linearises once at a speed and pressure, so that panels share a model and what is known of it."""
+
+    @cached_property
+    def _models(self) -> dict[tuple[str, float, bool], LinearPlant]:
+        return {}
+
+    def linearise(self, speed: float = 0.0, pressure: float = 0.0, moment: bool = False) -> LinearPlant:
+        """The linear model; speeds that differ by rounding have one."""
+        key = f"{speed:.12g}", pressure, moment
+        if key not in self._models:
+            self._models[key] = super().linearise(speed, pressure, moment)
+        return self._models[key]
+
+
 @dataclass(frozen=True, eq=False)
 class DesignCase:
     """A machine at an operating point, with the results that panels share; each is computed when it is first asked for.
@@ -92,7 +109,7 @@ class DesignCase:
     @cached_property
     def plant(self) -> Plant:
         """The machine, ready to be analysed."""
-        return Plant(self.machine)
+        return RememberingPlant(self.machine)
 
     @property
     def pressure(self) -> float:
@@ -371,7 +388,7 @@ def point_of(values: Mapping[str, Any]) -> DeskPoint:
         if typed is None or typed == "":
             continue
         number = float(typed) if NUMBER.fullmatch(str(typed)) else -1.0
-        if not (0 < number < HIGHEST or number == 0 and name != "top"):
+        if not (0 < number < HIGHEST or (number == 0 and name != "top")):
             limit = "above 0" if name == "top" else "from 0 on"
             raise DataError(
                 f"{words} {str(typed)[:40]!r}: give a number {limit}, in {unit}", argument=name, value=typed
