@@ -31,7 +31,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import eig, eigh, eigvalsh
+from scipy.linalg import eig, eigh
+from scipy.linalg.lapack import dsytrf
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
@@ -301,7 +302,9 @@ def _count_up_to(M: NDArray[np.float64], K: NDArray[np.float64], highest: float)
         return 0
     unit = 1 / np.sqrt(np.diag(K))  # a congruence, which leaves the inertia as it is
     A = (M - K / (highest * (1 + _BEYOND)) ** 2) * unit * unit[:, None]
-    return int(np.sum(eigvalsh((A + A.T) / 2) > 0))
+    factors, pivots, _ = dsytrf((A + A.T) / 2, lower=1)
+    double = pivots < 0  # a block of two rows has one positive and one negative eigenvalue
+    return int(np.sum(np.diag(factors)[~double] > 0) + double.sum() // 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any, Protocol
 
@@ -59,6 +59,10 @@ class Pencil(Protocol):
         A factor whose roots are real and negative may be divided out: no sector of damping ratios below 1 holds one.
         """
 
+    @property
+    def complete(self) -> dict[Region, Modes]:
+        """Modes that were found so far, by the region in which none is missing."""
+
 
 @dataclass(frozen=True)
 class Region:
@@ -73,6 +77,10 @@ class Region:
         size = np.abs(s)
         inside = (size > self.floor) & (size < self.reach) & (-np.real(s) < self.zeta * size)
         return inside & (np.imag(s) > OSCILLATES * size)
+
+    def covers(self, other: Region) -> bool:
+        """Whether another region lies within this one."""
+        return self.reach >= other.reach and self.floor <= other.floor and self.zeta >= other.zeta
 
     @property
     def wider(self) -> Region:
@@ -149,6 +157,7 @@ class SecondOrder:
     M: NDArray[np.float64]
     D: NDArray[np.float64]
     K: NDArray[np.float64]
+    complete: dict[Region, Modes] = field(default_factory=dict, init=False)
 
     @property
     def size(self) -> int:

@@ -52,8 +52,10 @@ if TYPE_CHECKING:
 
 BEYOND = 1.35
 """Highest speed that is looked at, over the highest operating speed: above the largest margin of 26 %."""
-STEPS = 14
-"""Steps of the speeds at which modes are found."""
+STEPS = 10
+"""Steps of the speeds at which modes are found, up to the highest operating speed."""
+FURTHER = 4
+"""Steps beyond it."""
 RESPONSES = 60
 """Steps of the speeds at which responses are solved."""
 AROUND = (-4.0, -2.5, -1.6, -1.0, -0.6, -0.3, 0.0, 0.3, 0.6, 1.0, 1.6, 2.5, 4.0)
@@ -282,7 +284,7 @@ def design_review(
         raise DataError(f"design review: speeds from {low * TO_RPM:g} to {high * TO_RPM:g} rpm; give ascending ones")
     axial = axial_curves(plant.machine, high, pressure, BEYOND) if plant.machine.thrust_bearings else None
     pressure = float(felt([plant.machine], [pressure])[0])
-    at = np.unique([*np.linspace(0.0, BEYOND * high, STEPS + 1), low, high])
+    at = np.unique([*np.linspace(0.0, high, STEPS + 1), *np.linspace(high, BEYOND * high, FURTHER + 1), low])
     found = modes_over_speed(plant, at, pressure, FIRST, (1,))
     loads = static_loads(plant)
     modes = [_critical(plant, *one) for one in _crossed(found)]
@@ -298,7 +300,7 @@ def design_review(
         plant, low, high, pressure, stated,
         tuple(_with_peaks(modes, responses, cases, places)), cases, loads, responses, probes, places,
         tuple(_clearances(gaps, responses, scales, high)), scales, _decrements(found),
-        _onset(plant, pressure, found.searched[1]), films, gap, refused, found, found.searched,
+        _onset(found), films, gap, refused, found, found.searched,
         tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity, axial,
     )  # fmt: skip
 
@@ -631,9 +633,11 @@ def damping_of(found: ModesOverSpeed, node: Node) -> float:
     return DAMPED if np.isnan(least) and node.modes.proven else least
 
 
-def _onset(plant: Plant, pressure: float, highest: float) -> tuple[float, float, float]:
+def _onset(found: ModesOverSpeed) -> tuple[float, float, float]:
+    """Onset of whirl, looked for at the speeds whose modes are there already."""
+    speeds = np.array([node.at for node in found.followed.nodes if node.at >= 0])
     try:
-        return stability_limit(plant, pressure, highest, 1e-4)
+        return stability_limit(found.plant, found.pressure, found.searched[1], 1e-4, speeds)
     except NoLiftOffError:
         return float("nan"), float("nan"), 0.0
 

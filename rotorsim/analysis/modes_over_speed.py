@@ -42,6 +42,8 @@ PASSES = 60
 """Most steps to the fixed point of a mode."""
 SETTLED = 1e-8
 """Relative step of a frequency that ends them."""
+ONE_SPEED = 1e-12
+"""Distance of two speeds, over the highest one, up to which they differ by rounding."""
 EQUAL = 1e-6
 """Relative distance of eigenvalues up to which they are those of one plane and of the other one."""
 
@@ -208,8 +210,9 @@ def modes_over_speed(
     reach = ABOVE * max(max(orders) * float(np.abs(searched).max()), ABOVE * float(rotor[-1]) if least else 0.0)
     reach = reach or ABOVE * float(rotor[-1])
     floor = _floor(searched, orders) or BELOW * reach
-    kinks = plant.assembly.mesh.tables.speeds
-    inner = [float(v) for v in np.concatenate([-kinks, kinks]) if searched[0] < v < searched[-1]]
+    kinks = np.concatenate([-plant.assembly.mesh.tables.speeds, plant.assembly.mesh.tables.speeds])
+    apart = np.abs(kinks[:, None] - searched).min(axis=1) > ONE_SPEED * np.abs(searched).max()
+    inner = kinks[apart & (searched[0] < kinks) & (kinks < searched[-1])].tolist()
     with one_thread():
         region = Region(reach, floor, DAMPED)
         found = follow(family, np.unique([*searched, *inner]).tolist(), region, np.unique(hints.round(3)).tolist())

@@ -266,8 +266,7 @@ def followed_speeds(plant: Plant, pressure: float, highest: float, what: Sequenc
         onset, frequency, _ = stability_limit(plant, pressure, highest)
         if np.isfinite(onset) and frequency:
             search = LeastDamped.up_to(plant, pressure, highest)
-            search.at(onset)
-            modes = search.known[-1]
+            modes = search.node(onset).modes
             found.append(FollowedSpeed("onset", onset, 1.0, _take(modes, 1j * frequency)))
     return [replace(one, slope=_slope(plant, pressure, one)) for one in found]
 

@@ -15,7 +15,7 @@ import numpy as np
 from fe_shaft import crossings
 from fe_shaft.follower import Followed, Node, follow
 from fe_shaft.pencil import Modes, Region, nothing
-from fe_shaft.spectrum import modes_in
+from fe_shaft.spectrum import SMALL, modes_in, without_vectors
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import HIGHEST, highest_speed, top_speed
 from rotorsim.analysis.modes_over_speed import at_speed, least_damped
@@ -85,18 +85,19 @@ def _ratio(frequency: np.ndarray, onset: np.ndarray) -> np.ndarray:
 
 
 def stability_limit(
-    plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5
+    plant: Plant, pressure: float, highest: float, accuracy: float = 1e-5, speeds: np.ndarray | None = None
 ) -> tuple[float, float, float]:
     """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, and its frequency; NaN for none.
 
     The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
-    shorter ones. Raises NoLiftOffError where no speed carries the rotor. It is not looked for where a table is over the
+    shorter ones, or over ascending `speeds` [rad/s] up to `highest`. Raises NoLiftOffError where no speed carries the rotor. It is not looked for where a table is over the
     whirl frequency: a Campbell diagram has the damping of each mode at its own frequency.
     """
     search = LeastDamped.up_to(plant, pressure, highest)
     if plant.assembly.mesh.whirling:
         return float("nan"), float("nan"), 0.0
-    found = first_loss(search, search.with_kinks(np.linspace(0.0, highest, FEWEST + 1)), accuracy)
+    steps = np.linspace(0.0, highest, FEWEST + 1) if speeds is None else speeds
+    found = first_loss(search, search.with_kinks(steps), accuracy)
     if not np.isfinite(found[0]) and not found[2]:
         search.at(highest)  # which states that no speed carries
     return found
@@ -154,7 +155,12 @@ class LeastDamped:
 
     def among(self, model: LinearPlant) -> tuple[float, float, bool]:
         """The same of a linear model's modes."""
-        modes = self._modes(model)
+        if model.size > SMALL or model.complete:
+            modes = self._modes(model)
+        else:
+            with one_thread():
+                modes = without_vectors(model)
+            self.known[:] = [modes]
         return *least_damped(modes, self.region), modes.proven
 
     def _modes(self, model: LinearPlant) -> Modes:

@@ -15,7 +15,7 @@ from rotorsim.commands.registry import command
 from rotorsim.report.browser import has_browser
 
 if TYPE_CHECKING:
-    from rotorsim.live.desk import Scene
+    from rotorsim.live.folder import Scene
     from rotorsim.live.records import Replay
 
 UNVISITED = 60.0
@@ -62,18 +62,18 @@ def live(
             serve(complaint(machine, error.problems), port, _print_refused, browser, False, patience=UNVISITED)
             raise typer.Exit(2) from error
     plant = settings.plant(name)
-    from rotorsim.live.desk import make_desk
+    from rotorsim.live.folder import open_folder
     from rotorsim.live.laws import read_laws
-    from rotorsim.live.serving import run_desk
+    from rotorsim.live.serving import run_rig
     from rotorsim.live.settings import equip
     from rotorsim.plant import Plant
 
     laws = read_laws(law or [], plant.machine)
     note_compiling(Plant(equip(plant.machine)).assembly, "settle", "run")
     values = scene.values if scene else None  # of this machine, whatever --set changed of it
-    desk = make_desk(plant.machine, laws, seed, out, values, replay)
+    rig_folder = open_folder(plant.machine, laws, seed, out, values, replay)
     finishing()  # from here on the server ends by itself, after the record under way
-    run_desk(desk, port, print_address, browser, keep_open)
+    run_rig(rig_folder, port, print_address, browser, keep_open)
     done()
 
 
@@ -93,7 +93,7 @@ def print_where(address: str, wanted: int, taken: int, keep_open: bool) -> None:
 def _saved(name: str) -> tuple[Scene | None, Replay | None]:
     """Scene or record of a file that was saved on a live rig; neither for a machine."""
     if name.endswith(".json"):
-        from rotorsim.live.desk import load_scene
+        from rotorsim.live.folder import load_scene
 
         return load_scene(Path(name)), None
     if name.endswith(".nc"):

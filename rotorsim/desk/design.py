@@ -25,6 +25,8 @@ from rotorsim.machine.schema import Machine, leaves
 
 UNSAVED = ".edits"
 """Ending of the file, next to that of the machine, that holds edits which are not saved."""
+BOM = "\ufeff"
+"""Byte order mark that some editors write before the text."""
 SHIFT = 0.05
 """Distance of a copied part from the first one, over the shaft's length."""
 
@@ -41,7 +43,8 @@ class FileChangedError(DataError):
 class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
-    `disk` is what the file held when it was read or written here, None before it exists.
+    `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
+    be written next to it.
     """
 
     text: str
@@ -53,6 +56,7 @@ class Design:
     before: list[str] = field(default_factory=list)
     after: list[str] = field(default_factory=list)
     burst: tuple[str, str] = ("", "")
+    unkept: str = ""
 
     def __post_init__(self) -> None:
         self.machine, self.problems = _read(self.text)
@@ -76,6 +80,8 @@ class Design:
 
     def add(self, kind: str) -> str:
         """Add a part of a kind, a key of `NEW`, in the middle of the shaft; its path."""
+        if kind not in NEW:
+            raise RefusedError(f"{kind[:40]!r} cannot be added; choose {', '.join(NEW)}", argument=kind, value=kind)
         values = NEW[kind](self._drawn())
         single = kind.startswith("effects.")
         if single and _at(self.tables, kind) is not None:
@@ -86,15 +92,16 @@ class Design:
     def copy(self, path: str) -> str:
         """Copy a part, next to itself where it has a place, under another name where it has one; its path."""
         table, machine = _at(self.tables, path), self._drawn()
-        if not isinstance(table, Mapping):
-            raise RefusedError(f"{path}: is not in the file; choose a part of the list", argument=path, value=path)
+        above, _, number = path.rpartition(".")
+        if not isinstance(table, Mapping) or not isinstance(_at(self.tables, above), list):
+            way = "is not a part of a list in the file; choose one of the page"
+            raise RefusedError(f"{path[:80]}: {way}", argument=path, value=path)
         changes: dict[str, Any] = {}
         if "position" in table:
             changes = _moved(machine, path, table)
         if "name" in table:
-            changes["name"] = _free_name(str(table["name"]), _at(self.tables, path.rpartition(".")[0]))
+            changes["name"] = _free_name(str(table["name"]), _at(self.tables, above))
         self._edit(lambda: with_copy(self.text, path, changes), path, "copy")
-        above, _, number = path.rpartition(".")
         return f"{above}.{int(number) + 1}"
 
     def delete(self, path: str) -> None:
@@ -146,7 +153,7 @@ class Design:
         if there not in (None, known, self.text) and not anyway:
             way = "take it over, replace it or save elsewhere"
             raise FileChangedError(f"{target}: was changed by somebody else; {way}", argument="file", value=str(target))
-        write_text(target, self.text)
+        write_text(target, _mark(target) + self.text)
         self._forget_edits()
         self.path, self.disk = target, self.text
 
@@ -201,10 +208,14 @@ class Design:
         self.text, self.burst = text, ("", "")
         self.machine = machine or self.machine
         self.revision += 1
+        self.unkept = ""
         if self.saved:
             self._forget_edits()
-        else:
+            return
+        try:
             write_text(self.unsaved, text)
+        except OSError as error:  # the edit itself is taken
+            self.unkept = str(error)
 
     def _forget_edits(self) -> None:
         with suppress(OSError):
@@ -247,6 +258,11 @@ def _read(text: str) -> tuple[Machine | None, tuple[str, ...]]:
         return Machine.from_text(text), ()
     except MachineFileError as error:
         return None, error.problems
+
+
+def _mark(path: Path) -> str:
+    """Byte order mark of a file, which it keeps; empty where it has none."""
+    return BOM if path.is_file() and path.read_bytes().startswith(BOM.encode()) else ""
 
 
 def _on_disk(path: Path) -> str | None:

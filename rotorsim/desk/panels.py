@@ -6,6 +6,7 @@ result; nothing is computed here. `PANELS` has the panels by name in the order i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +18,7 @@ import numpy as np
 from rotorsim.analysis import campbell, design_review, mode_shapes, static_deflection, unbalance_response
 from rotorsim.analysis.campbell import modes_line, searched_line, top_speed
 from rotorsim.analysis.design_review import AROUND, MET, MISSED, OPEN, DesignReview, deflected_line
+from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.machine.schema import Machine
@@ -27,6 +29,8 @@ from rotorsim.report.page import cells
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from rotorsim.plant.linearise import LinearPlant
 
 STEPS = 20
 """Steps of the speeds of a Campbell diagram."""
@@ -42,8 +46,16 @@ DIGITS = 7
 """Digits of a value in a curve."""
 LAST = {MISSED: -inf, OPEN: inf, MET: inf}
 """Place of a requirement without a number among the reserves: one that is not met comes first."""
+DECREMENTS = (-1.0, 2.0)
+"""Farthest ends of the axis of logarithmic decrements."""
 SUPPLY = 0.5 * MPA
 """Gauge supply pressure [Pa] at first."""
+FIELDS = {"top": ("answers up to", "rpm"), "speed": ("modes at", "rpm"), "supply": ("supply", "MPa gauge")}
+"""Words and unit of the page's field of each value of an operating point."""
+NUMBER = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*", re.ASCII | re.IGNORECASE)
+"""A number that may be typed there."""
+HIGHEST = 1e7
+"""Number from which on a value of an operating point is refused."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +76,21 @@ class DeskPoint:
     supply: float = SUPPLY / MPA
 
 
+class RememberingPlant(Plant):
+    """A plant that linearises once at a speed and pressure, so that panels share a model and what is known of it."""
+
+    @cached_property
+    def _models(self) -> dict[tuple[str, float, bool], LinearPlant]:
+        return {}
+
+    def linearise(self, speed: float = 0.0, pressure: float = 0.0, moment: bool = False) -> LinearPlant:
+        """The linear model; speeds that differ by rounding have one."""
+        key = f"{speed:.12g}", pressure, moment
+        if key not in self._models:
+            self._models[key] = super().linearise(speed, pressure, moment)
+        return self._models[key]
+
+
 @dataclass(frozen=True, eq=False)
 class DesignCase:
     """A machine at an operating point, with the results that panels share; each is computed when it is first asked for.
@@ -82,7 +109,7 @@ class DesignCase:
     @cached_property
     def plant(self) -> Plant:
         """The machine, ready to be analysed."""
-        return Plant(self.machine)
+        return RememberingPlant(self.machine)
 
     @property
     def pressure(self) -> float:
@@ -292,10 +319,12 @@ def _films(case: DesignCase) -> Plain:
     onset = f"A mode of {frequency * TO_HZ:.4g} Hz grows from {speed * TO_RPM:.0f} rpm." if isfinite(speed) else (
         "No mode grows at the speeds that are looked at." if looked else "Not all speeds were looked at.")  # fmt: skip
     d = review.decrements
+    ends = np.nanmin(d.values, initial=0.0), np.nanmax(d.values, initial=0.0)
+    low, high = (float(np.clip(end, *DECREMENTS)) for end in ends)
     return {
         "x": {"label": "speed [rpm]", "range": [0.0, float(d["speed"].values[-1] * TO_RPM)]},
-        "y": {"label": "least log. decrement", "zero": True},
-        "curves": [_curve("least log. decrement", d["speed"].values * TO_RPM, np.clip(d.values, -1.0, 2.0), 0)],
+        "y": {"label": "least log. decrement", "range": [1.05 * low, 1.05 * high or 1.0]},
+        "curves": [_curve("least log. decrement", d["speed"].values * TO_RPM, d.values, 0)],
         "heads": list(table.heads) if table.rows else [], "rows": [cells(row) for row in table.rows],
         "notes": [onset, table.text] if table.text else [onset],
     }  # fmt: skip
@@ -352,11 +381,17 @@ def as_commands(case: DesignCase, machine: str) -> str:
 
 
 def point_of(values: Mapping[str, Any]) -> DeskPoint:
-    """Operating point of what a page sent: a top above 0, others from 0 on; anything else is the machine's own."""
-    found = {name: values.get(name) for name in ("top", "speed", "supply")}
-    known = {
-        name: float(value) for name, value in found.items()
-        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < 1e7
-        and (value or name != "top")
-    }  # fmt: skip
-    return DeskPoint(**known)
+    """Operating point of what a page sent; what is empty is the machine's own. Raises DataError."""
+    found = {}
+    for name, (words, unit) in FIELDS.items():
+        typed = values.get(name)
+        if typed is None or typed == "":
+            continue
+        number = float(typed) if NUMBER.fullmatch(str(typed)) else -1.0
+        if not (0 < number < HIGHEST or (number == 0 and name != "top")):
+            limit = "above 0" if name == "top" else "from 0 on"
+            raise DataError(
+                f"{words} {str(typed)[:40]!r}: give a number {limit}, in {unit}", argument=name, value=typed
+            )
+        found[name] = number
+    return DeskPoint(**found)

@@ -97,7 +97,8 @@ def _title(tables: Mapping[str, Any], group: str, part: str) -> str:
     table = _at(tables, part)
     name = table.get("name") if isinstance(table, Mapping) else None
     kind = table.get("kind") if isinstance(table, Mapping) else None
-    text = f"{NAMES[group]} {int(part.rpartition('.')[2]) + 1}"
+    # counted from 0 as in the file and in names of results
+    text = f"{NAMES[group]} {part.rpartition('.')[2]}"
     return text + (f": {name}" if name else f" ({kind})" if kind else "")
 
 

@@ -16,14 +16,14 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from threading import Lock
+from threading import Lock, Timer
 from typing import Any
 
 import orjson
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import StreamingResponse
 
-from rotorsim.base.errors import MachineFileError, RotorsimError
+from rotorsim.base.errors import DataError, MachineFileError, RotorsimError
 from rotorsim.base.processes import Child, ProcessDiedError
 from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
 from rotorsim.desk.page import show_desk
@@ -39,6 +39,8 @@ from rotorsim.report.page import html
 
 NEAR = ("static",)
 """Panels that are answered in this process for machines with films too."""
+START = 120.0
+"""Longest start [s] of a live rig."""
 
 
 @dataclass(eq=False)
@@ -67,6 +69,7 @@ class DesignDesk:
         return short | {
             "name": design.path.name, "undo": len(design.before), "redo": len(design.after), "groups": listed(design),
             "problems": list(design.problems), "at": problem_fields(design), "view": view, "remark": self.remark,
+            "unkept": design.unkept,
             "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.supplied,
             "panels": [{"name": name, "title": title} for name, title in TITLES.items()],
         }  # fmt: skip
@@ -95,15 +98,23 @@ class DesignDesk:
     def run_up(self) -> str:
         """Start a live rig of the design as it is; its address."""
         assert self.design is not None
+        if self.design.unkept:
+            raise RefusedError(f"{self.design.unkept}; save the design elsewhere first", argument="", value="")
         file = self.design.path if self.design.saved else self.design.unsaved
         rig = subprocess.Popen([sys.executable, "-P", "-m", "rotorsim", "live", str(file), "--no-browser"],
                                stdout=subprocess.PIPE, text=True)  # fmt: skip
         self.rigs.append(rig)
         assert rig.stdout is not None
-        for line in rig.stdout:
-            if "http://" in line:
-                return line[line.index("http://") :].split()[0]
-        raise MachineFileError("the live rig did not start; see the terminal", argument="machine")
+        late = Timer(START, rig.kill)
+        late.start()
+        try:
+            for line in rig.stdout:
+                if "http://" in line:
+                    return line[line.index("http://") :].split()[0]
+        finally:
+            late.cancel()
+        way = f"the live rig did not start within {START:g} s; see the terminal"
+        raise MachineFileError(way, argument="machine")
 
     def close(self) -> None:
         """End the live rigs that were started here."""
@@ -151,7 +162,7 @@ def _edit(method: Callable[[Design, Mapping[str, str]], Any]) -> Callable[[Desig
 def _save(desk: DesignDesk, values: Mapping[str, str]) -> None:
     assert desk.design is not None
     name = values.get("name", "")
-    if name and (Path(name).name != name or name.startswith(".")):
+    if name and (Path(name).name != name or name.startswith(".") or not name.isprintable()):
         way = "is not the name of a file; write e.g. my_rotor.toml"
         raise RefusedError(f"{name[:80]!r} {way}", argument="", value=name)
     path = desk.design.path.with_name(name if name.endswith(".toml") else f"{name}.toml") if name else None
@@ -302,14 +313,18 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
         known = [name for name in names if name in PANELS] if isinstance(names, list) else []
         if desk.design is None:
             return reply({})
-        stream = answers.stream(desk.design, str(content.get("window"))[:40], known, point_of(content))
+        try:
+            point = point_of(content)
+        except DataError as error:
+            return reply({"error": str(error)})
+        stream = answers.stream(desk.design, str(content.get("window"))[:40], known, point)
         return StreamingResponse(stream, media_type="application/x-ndjson", headers={"cache-control": "no-store"})
 
     @app.post("/scripts")
     async def scripts(request: Request) -> Response:
-        point = point_of(await _content(request))
+        content = await _content(request)
         try:
-            return reply(await asyncio.to_thread(desk.scripts, point))
+            return reply(await asyncio.to_thread(desk.scripts, point_of(content)))
         except (RotorsimError, AssertionError) as error:
             return reply({"error": str(error)})
 
@@ -321,7 +336,7 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
             return reply({"error": str(error)})
 
     @app.get("/report")
-    async def report(supply: float | None = None) -> Response:
+    async def report(supply: str = "") -> Response:
         if desk.design is None or desk.design.machine is None:
             return Response("begin a design or open one first", media_type="text/plain")
         text = desk.design.text

@@ -11,7 +11,7 @@ from nicegui.element import Element
 from nicegui.elements import scene as nicegui_scene
 
 from rotorsim.base.errors import RotorsimError
-from rotorsim.live.desk import Desk
+from rotorsim.live.folder import RigFolder
 from rotorsim.live.rig import SCATTER
 from rotorsim.live.settings import BEARING, Control
 
@@ -56,8 +56,8 @@ class Board:
     A control that was turned here shows again the rig's value once the rig has carried out its last order.
     """
 
-    def __init__(self, desk: Desk) -> None:
-        self.desk, self.runner = desk, desk.runner
+    def __init__(self, rig_folder: RigFolder) -> None:
+        self.rig_folder, self.runner = rig_folder, rig_folder.runner
         self.settings = self.runner.rig.settings
         self._fields: dict[str, list[Callable[[Any], None]]] = {}
         self._ordered: dict[str, int] = {}
@@ -71,7 +71,7 @@ class Board:
         ui.timer(LIST, self._list)
 
     def _build(self) -> None:
-        with page_head(f"rotorsim live: {self.desk.machine.name}"):
+        with page_head(f"rotorsim live: {self.rig_folder.machine.name}"):
             self._toggle("pace", "simulation speed")
             ui.button("Hit x", on_click=lambda: self.runner.strike(0)).props('dense aria-label="hit x"')
             ui.button("Hit y", on_click=lambda: self.runner.strike(1)).props('dense aria-label="hit y"')
@@ -117,15 +117,17 @@ class Board:
                     self._number(control)
 
     def _tour(self) -> None:
-        for stop in self.desk.tour:
+        for stop in self.rig_folder.tour:
             with ui.card().props("flat bordered").classes("w-full q-pa-sm"):
-                ui.button(stop.title, on_click=lambda stop=stop: self.desk.visit(stop)).props("dense")
+                ui.button(stop.title, on_click=lambda stop=stop: self.rig_folder.visit(stop)).props("dense")
                 ui.label(stop.text).classes("text-body2")
 
     def _files(self) -> None:
         name = ui.input("name of a scene", value="scene").props("dense").classes("w-full")
-        ui.button("Save scene", on_click=lambda: self._try(lambda: self.desk.save_scene(name.value))).props("dense")
-        ui.label(f"in {self.desk.folder}").classes("text-caption")
+        ui.button("Save scene", on_click=lambda: self._try(lambda: self.rig_folder.save_scene(name.value))).props(
+            "dense"
+        )
+        ui.label(f"in {self.rig_folder.folder}").classes("text-caption")
         self._lists = ui.column().classes("w-full")
         self._listed: Any = None
         ui.button("Back to the plant", on_click=lambda: self.runner.play(None)).props("dense outline")
@@ -228,15 +230,15 @@ class Board:
 
     def _list(self) -> None:
         """Files by name, drawn again when there are others."""
-        found = (tuple(self.desk.scenes()), tuple(self.desk.records()))
+        found = (tuple(self.rig_folder.scenes()), tuple(self.rig_folder.records()))
         if found == self._listed:
             return
         self._listed = found
         self._lists.clear()
         with self._lists:
             for title, names, act in (
-                ("Scenes", found[0], self.desk.load_scene),
-                ("Records", found[1], self.desk.replay),
+                ("Scenes", found[0], self.rig_folder.load_scene),
+                ("Records", found[1], self.rig_folder.replay),
             ):
                 ui.label(title if names else f"{title}: none yet").classes("text-subtitle2")
                 for name in names:
@@ -245,7 +247,7 @@ class Board:
 
     def _toggle_record(self) -> None:
         if self.runner.recorder is None:
-            self._try(self.desk.record)
+            self._try(self.rig_folder.record)
         else:
             self._try(self.runner.stop_recording)
 

@@ -35,7 +35,7 @@ from rotorsim.base.interrupt import Interrupt
 from rotorsim.machine import Machine, load_machine
 
 if TYPE_CHECKING:
-    from rotorsim.live.desk import Desk
+    from rotorsim.live.folder import RigFolder
     from rotorsim.live.records import Replay
 
 Scope = MutableMapping[str, Any]
@@ -217,14 +217,14 @@ def serve_rig(
     >>> import rotorsim as rs
     >>> rs.live.serve_rig("dtu_gas_bearing")  # doctest: +SKIP
     """
-    from rotorsim.live.desk import make_desk
+    from rotorsim.live.folder import open_folder
     from rotorsim.live.laws import read_laws
     from rotorsim.live.records import Replay
 
     loaded = machine if isinstance(machine, Machine) else load_machine(machine)
     known = laws if isinstance(laws, Mapping) else read_laws([Path(path) for path in laws], loaded)
     played = record if isinstance(record, Replay | None) else Replay(Path(record))
-    run_desk(make_desk(loaded, known, seed, Path(out), values, played), port, announce, browser, keep_open)
+    run_rig(open_folder(loaded, known, seed, Path(out), values, played), port, announce, browser, keep_open)
 
 
 def free_port(wanted: int) -> tuple[socket.socket, int]:
@@ -243,8 +243,8 @@ def free_port(wanted: int) -> tuple[socket.socket, int]:
     raise DataError(f"--port: none of {wanted} to {wanted + TRIES - 1} is free; give another")
 
 
-def application(desk: Desk) -> Any:
-    """Web application of a desk without access control: the page at / and its frames."""
+def application(rig_folder: RigFolder) -> Any:
+    """Web application of a rig without access control: the page at / and its frames."""
     import orjson
     from fastapi import FastAPI, Response
 
@@ -254,14 +254,14 @@ def application(desk: Desk) -> Any:
 
     @app.get("/frame")
     def frame() -> Response:
-        body = orjson.dumps(desk.runner.frame())
+        body = orjson.dumps(rig_folder.runner.frame())
         return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
 
     @app.get("/settings")
     def settings() -> Response:
-        return Response(orjson.dumps(desk.runner.rig.in_force()), media_type="application/json")
+        return Response(orjson.dumps(rig_folder.runner.rig.in_force()), media_type="application/json")
 
-    return with_page(app, lambda: Board(desk))
+    return with_page(app, lambda: Board(rig_folder))
 
 
 def with_page(app: Any, root: Callable[[], object], title: str = "rotorsim live") -> Any:
@@ -307,13 +307,13 @@ def complaint(name: str, problems: Iterable[str]) -> Any:
     return with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
 
 
-def run_desk(desk: Desk, port: int, announce: Announce, show: bool, keep_open: bool) -> None:
-    """Run a desk's rig and serve its page; see `serve`."""
-    desk.runner.start()
+def run_rig(rig_folder: RigFolder, port: int, announce: Announce, show: bool, keep_open: bool) -> None:
+    """Run a rig and serve its page; see `serve`."""
+    rig_folder.runner.start()
     try:
-        serve(application(desk), port, announce, show, keep_open)
+        serve(application(rig_folder), port, announce, show, keep_open)
     finally:
-        desk.runner.close()
+        rig_folder.runner.close()
 
 
 def serve(

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -234,6 +234,7 @@ class LinearPlant(Shown):
     speed: float = 0.0
     inputs: tuple[str, ...] = INPUTS
     outputs: tuple[str, ...] = OUTPUTS
+    complete: dict[Region, Modes] = field(default_factory=dict, init=False)
 
     def card(self) -> Card:
         """States, modes, signals."""

@@ -96,6 +96,10 @@ class Plant(Shown):
         return Card(f"Plant of {m.name}", rows)
 
     @cached_property
+    def _stated(self) -> dict[str, str]:
+        return {"machine": self.machine.text, "machine_hash": self.machine.hash}
+
+    @cached_property
     def assembly(self) -> Assembly:
         """Layouts, workspace and kernels."""
         return assemble(self.machine)
@@ -254,8 +258,7 @@ class Plant(Shown):
     def provenance(self, seed: int = 0) -> dict[str, Any]:
         """Attributes of a record: machine text and hash, seed, versions."""
         return {
-            "machine": self.machine.text,
-            "machine_hash": self.machine.hash,
+            **self._stated,
             "seed": seed,
             "rotorsim_version": installed("rotorsim"),
             "numpy_version": installed("numpy"),

@@ -164,7 +164,7 @@ def test_ctrl_c_while_a_netcdf_file_is_written_waits_for_its_end(tmp_path: Path)
 
 OWN = {
     "rotorsim/plant/calls.py", "rotorsim/base/public.py", "rotorsim/base/cache.py", "rotorsim/base/files.py",
-    "rotorsim/base/references.py", "rotorsim/live/desk.py", "rotorsim/report/figure_files.py",
+    "rotorsim/base/references.py", "rotorsim/live/folder.py", "rotorsim/report/figure_files.py",
     "rotorsim/commands/results.py", "rotorsim/commands/options.py", "rotorsim/report/browser.py",
     "fmu/law_code.py", "fmu/model.py", "fmu/contents.py", "fmu/kernel_object.py", "identification/readers/hdf5.py",
 }  # fmt: skip

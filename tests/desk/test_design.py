@@ -1,5 +1,7 @@
 """Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
 
+import subprocess
+import sys
 import tomllib
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 
 from random_edits import edits
 from rotorsim.base.errors import MachineFileError
+from rotorsim.base.files import WriteError
 from rotorsim.desk import Design, open_design
 from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
 from rotorsim.desk.parts import listed, problem_fields
@@ -199,3 +202,61 @@ def test_a_file_that_is_no_text_is_not_taken_over(tmp_path):
     with pytest.raises(MachineFileError):
         design.take_disk()
     assert design.text == before and design.changed_on_disk()
+
+
+def test_an_edit_in_a_folder_that_cannot_be_written_is_taken_and_the_page_is_told(tmp_path, monkeypatch):
+    desk = DesignDesk(None, tmp_path)
+    desk.act("start", {"key": "springs"})
+
+    def full(path, text):
+        raise WriteError(f"{path}: no room")
+
+    monkeypatch.setattr("rotorsim.desk.design.write_text", full)
+    assert desk.act("set", {"path": "discs.0.mass", "text": "5"}) == {"chosen": ""}
+    assert desk.design.machine.discs[0].mass == 5 and desk.state()["unkept"]
+    with pytest.raises(RefusedError):
+        desk.run_up()
+    monkeypatch.undo()
+    desk.act("set", {"path": "discs.0.mass", "text": "6"})
+    assert not desk.state()["unkept"]
+
+
+@pytest.mark.parametrize("act", ["add", "copy", "delete", "set", "start", "open", "save", "take", "undo", "nothing"])
+def test_whatever_a_forged_request_holds_is_answered_with_a_sentence_or_taken(tmp_path, act):
+    words = ("", "discs", "discs.0", "discs.9", "discs.-1", "shaft", "effects.unbalance", "effects.unbalance.0", "x",
+             "shaft.sections.0.length", "effects.magic", "bearings.0.kind.0", "name", "name.0", 'a"b', "a\nb", "\0",
+             "..", "discs..mass", "9" * 400)  # fmt: skip
+    desk = DesignDesk(None, tmp_path)
+    for one in words:
+        for key in ("path", "kind", "name", "key"):
+            if desk.design is None:
+                desk.act("start", {"key": "springs"})
+            before = desk.design.text
+            brought = desk.act(act, {key: one, "text": "5", "burst": ""})
+            assert brought.keys() <= {"chosen", "refused", "conflict"}
+            assert "refused" not in brought or desk.design.text == before
+            assert desk.design.machine is not None and not desk.design.problems
+            desk.design = None
+
+
+def test_a_byte_order_mark_stays_in_the_file_that_has_one(tmp_path):
+    path = tmp_path / "rotor.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + machine_text("plain_rotor").encode())
+    design = open_design(path)
+    assert design.saved and not design.changed_on_disk()
+    design.set("discs.0.mass", "5")
+    design.save()
+    assert path.read_bytes() == b"\xef\xbb\xbf" + design.text.encode() and not design.changed_on_disk()
+    design.save(tmp_path / "other.toml")
+    assert (tmp_path / "other.toml").read_bytes() == design.text.encode()
+
+
+def test_a_live_rig_that_says_nothing_is_ended(design, monkeypatch, tmp_path):
+    silent = [sys.executable, "-c", "import time; time.sleep(600)"]
+    begin_process = subprocess.Popen
+    monkeypatch.setattr("rotorsim.desk.server.START", 0.2)
+    monkeypatch.setattr("rotorsim.desk.server.subprocess.Popen", lambda words, **rest: begin_process(silent, **rest))
+    desk = DesignDesk(design, tmp_path)
+    with pytest.raises(MachineFileError):
+        desk.run_up()
+    assert desk.rigs[0].wait() < 0

@@ -9,6 +9,7 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.analysis.design_review import MISSED
+from rotorsim.base.errors import DataError
 from rotorsim.desk.panels import PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
 from rotorsim.desk.server import answer_of
 from rotorsim.machine import machine_text
@@ -98,7 +99,17 @@ def test_scripts_have_every_digit_of_the_supply():
     assert "--pressure '0.1234567 MPa'" in as_commands(case, "my.toml")
 
 
-def test_an_operating_point_takes_numbers_from_zero_on_and_a_top_above_it():
-    assert point_of({"top": 5000, "speed": "x", "supply": -1, "more": 3}) == DeskPoint(top=5000.0)
-    assert point_of({"top": 0, "speed": 0, "supply": 0}) == DeskPoint(speed=0.0, supply=0.0)
-    assert point_of({"top": float("inf"), "speed": True}) == DeskPoint()
+def test_an_operating_point_takes_numbers_and_what_is_empty_is_the_machines_own():
+    assert point_of({"top": "5000", "speed": "", "supply": None, "more": 3}) == DeskPoint(top=5000.0)
+    assert point_of({"speed": "0", "supply": 0}) == DeskPoint(speed=0.0, supply=0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("supply", "-1"), ("supply", -0.1), ("speed", "fast"), ("top", "0"), ("top", float("inf")), ("speed", True),
+     ("top", "1e400"), ("supply", "nan"), ("speed", [1]), ("top", "1_0")],
+)  # fmt: skip
+def test_an_operating_point_refuses_what_is_no_number_from_zero_on(name, value):
+    with pytest.raises(DataError) as error:
+        point_of({name: value})
+    assert (error.value.argument, error.value.value) == (name, value)

@@ -18,7 +18,7 @@ from rotorsim.base.errors import RotorsimError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control.sampled_loop import closed_poles
 from rotorsim.control.systems import System, held, late, series
-from rotorsim.live.desk import Desk
+from rotorsim.live.folder import RigFolder
 from rotorsim.live.laws import law_of, pins, read_laws, running
 from rotorsim.live.rig import Rig
 from rotorsim.live.runner import Runner
@@ -145,8 +145,8 @@ def main(name: str, folder: str, port: str) -> None:
             machine = machine.replace(path, value)
     machine = machine.replace("shaft.max_element_length", "80 mm")
     runner = Runner(Audited(machine, read_laws([], machine)))
-    desk = Desk(runner, machine, Path(folder))
-    app = application(desk)
+    rig_folder = RigFolder(runner, machine, Path(folder))
+    app = application(rig_folder)
 
     @app.get("/audit")
     def give(sample: int, epoch: int, speed: float, pressure: float, shown: bool) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE
-from rotorsim.live.desk import Scene, load_scene
+from rotorsim.live.folder import Scene, load_scene
 from rotorsim.live.rig import Hammer, History, hit, ramp
 from rotorsim.live.settings import Control
 from rotorsim.machine import machine_text

@@ -9,7 +9,7 @@ from coarse_rig import RPM, coarse, make_rig, ran, shown
 from rotorsim.analysis.shaft_motion import unbalance_response, unbalances_of
 from rotorsim.analysis.whirl_onset import whirl_onset
 from rotorsim.base.errors import DataError
-from rotorsim.live.desk import Desk, stops
+from rotorsim.live.folder import RigFolder, stops
 from rotorsim.live.laws import read_laws
 from rotorsim.live.rig import Rig
 from rotorsim.live.runner import Runner
@@ -45,30 +45,30 @@ def other(kind):
 
 def test_scenes_of_the_desk_come_back_and_those_of_another_machine_do_not(tmp_path):
     runner = Runner(make_rig())
-    desk = Desk(runner, coarse(), tmp_path)
+    rig_folder = RigFolder(runner, coarse(), tmp_path)
     runner.rig.set("speed", 2000 * RPM)
     runner.rig.set("rub.friction", 0.3)
-    desk.save_scene("mine")
+    rig_folder.save_scene("mine")
     runner.rig.set("rub.friction", 0.1)
-    desk.load_scene("mine")
+    rig_folder.load_scene("mine")
     runner._obey()
     assert runner.rig.in_force()["rub.friction"] == 0.3 and runner.rig.speed == pytest.approx(2000 * RPM)
-    other = Desk(runner, coarse().replace("name", "other"), tmp_path)
+    other = RigFolder(runner, coarse().replace("name", "other"), tmp_path)
     with pytest.raises(DataError, match="belongs to another machine"):
         other.load_scene("mine")
     for name in ("../evil", "", "a" * 100, "x/y"):
         with pytest.raises(DataError, match="cannot name a file"):
-            desk.save_scene(name)
-    assert desk.scenes() == ["mine"]
+            rig_folder.save_scene(name)
+    assert rig_folder.scenes() == ["mine"]
     runner.close()
 
 
 def test_every_scene_of_the_tour_can_be_set_and_the_law_comes_on(tmp_path):
     runner = Runner(make_rig())
-    desk = Desk(runner, coarse(), tmp_path)
-    assert len(desk.tour) == 5
-    for stop in desk.tour:
-        desk.visit(stop)
+    rig_folder = RigFolder(runner, coarse(), tmp_path)
+    assert len(rig_folder.tour) == 5
+    for stop in rig_folder.tour:
+        rig_folder.visit(stop)
         runner._obey()
         runner._part(50)
         shown(runner)
@@ -95,13 +95,13 @@ def test_every_scene_of_the_tour_can_be_set_and_the_law_comes_on(tmp_path):
 def test_a_rig_has_the_controls_scenes_and_laws_of_its_machine(tmp_path, kind, laws, absent, stops):
     machine = other(kind)
     runner = Runner(Rig(machine, read_laws([], machine)))
-    rig, desk = runner.rig, Desk(runner, machine, tmp_path)
+    rig, rig_folder = runner.rig, RigFolder(runner, machine, tmp_path)
     assert rig.settings.switches["controller"] == laws
     keys = set(rig.settings.everything())
     assert not keys & absent and {"unbalance.me", "speed", "impulse"} <= keys
-    assert len(desk.tour) == stops
-    for stop in desk.tour:
-        desk.visit(stop)
+    assert len(rig_folder.tour) == stops
+    for stop in rig_folder.tour:
+        rig_folder.visit(stop)
         runner._obey()
         ran(runner, 100)
         assert not rig.stopped and not any("is not a setting" in text for _, text in rig.messages)

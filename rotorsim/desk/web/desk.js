@@ -42,7 +42,9 @@ export default {
     <button @click="runUp" :disabled="starting">{{ starting ? "starting…" : "Run it up" }}</button>
     <a v-if="rig" class="desk-button" :href="rig" target="_blank" rel="noopener">open the live rig</a>
   </div>
+  <p v-if="pointWrong" class="desk-sentence" role="alert" data-point>{{ pointWrong }}</p>
   <div v-if="state.remark" class="desk-banner" role="status">{{ state.remark }}</div>
+  <div v-if="state.unkept" class="desk-banner desk-wrong" role="alert">Edits are lost when the desk ends: {{ state.unkept }}. <button @click="saveAs">Save elsewhere…</button></div>
   <div v-if="sentence" class="desk-banner desk-wrong" role="alert">{{ sentence }} <button @click="sentence = ''">Close</button></div>
   <div v-if="state.changed || conflict" class="desk-banner desk-wrong" role="alert" data-conflict>{{ state.file }} was changed by somebody else.
     <button @click="act('take')">Take the file over</button> <button @click="act('save', { anyway: 'yes' })">Replace the file</button> <button @click="saveAs">Save elsewhere…</button></div>
@@ -105,14 +107,14 @@ export default {
   data: () => ({
     state: null, answers: {}, before: {}, revisions: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5" },
     opened: {}, more: {}, hidden: stored(), large: "", chosen: "", sentence: "", conflict: false, script: "", rig: "", over: "",
-    starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
+    pointWrong: "", starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
   }),
   computed: {
     drawn() {
       return this.state && this.state.view ? layout(this.state.view, this.width) : null;
     },
     report() {
-      return this.point.supply !== "" && Number(this.point.supply) >= 0 ? `report?supply=${Number(this.point.supply)}` : "report";
+      return `report?supply=${encodeURIComponent(this.point.supply)}`;
     },
   },
   async mounted() {
@@ -207,12 +209,17 @@ export default {
       return this.stream(["static"]);
     },
     async stream(names) {
-      const revision = this.state.revision, content = { window: WINDOW, panels: names, revision };
-      for (const key of ["top", "speed", "supply"]) if (this.point[key] !== "" && Number(this.point[key]) >= 0) content[key] = Number(this.point[key]);
+      const content = { window: WINDOW, panels: names, ...this.point };
       if (this.streaming) this.streaming.abort();
       const own = (this.streaming = new AbortController());
       try {
         const answer = await fetch("answers", { method: "POST", body: JSON.stringify(content), signal: own.signal });
+        this.pointWrong = "";
+        if (answer.headers.get("content-type") === "application/json") {
+          this.pointWrong = (await answer.json()).error || "";
+          for (const name of names) this.waiting[name] = false;
+          return;
+        }
         const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
         let text = "";
         for (;;) {
@@ -309,9 +316,7 @@ export default {
       if (name) this.act("save", { name });
     },
     async scripts(which) {
-      const point = {};
-      for (const key of ["top", "speed", "supply"]) if (this.point[key] !== "") point[key] = Number(this.point[key]);
-      const found = await (await post("scripts", point)).json();
+      const found = await (await post("scripts", this.point)).json();
       this.script = found.error || found[which];
     },
     copyScript() {

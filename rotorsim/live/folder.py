@@ -1,4 +1,4 @@
-"""Desk of a live rig: its scenes and records as files of one folder, addressed by name, and its tour of scenes.
+"""Folder of a live rig: its scenes and records as files of one folder, addressed by name, and its tour of scenes.
 
 The tour has five scenes of the shipped rig and some for every other machine, with numbers computed from the machine.
 """
@@ -40,7 +40,7 @@ STEADY = 5000
 """Samples after which a rotor that was put into its equilibrium turns steadily."""
 
 
-class Desk:
+class RigFolder:
     """File operations of a runner; every method may raise DataError or OSError with a sentence."""
 
     def __init__(self, runner: Runner, machine: Machine, folder: Path) -> None:
@@ -122,17 +122,17 @@ def _arrange(runner: Runner, values: dict[str, float | str]) -> None:
         runner.apply("controller", values["controller"])
 
 
-def make_desk(
+def open_folder(
     machine: Machine, laws: Mapping[str, Any], seed: int, out: Path, values: Mapping[str, Any] | None,
     record: Replay | None,
-) -> Desk:  # fmt: skip
-    """Desk of a machine with the settings of a scene, or replaying a record."""
-    desk = Desk(Runner(Rig(machine, laws, seed)), machine, out)
+) -> RigFolder:  # fmt: skip
+    """The folder of a rig with the settings of a scene, or replaying a record."""
+    rig_folder = RigFolder(Runner(Rig(machine, laws, seed)), machine, out)
     if values is not None:
-        desk.arrange(dict(values))
+        rig_folder.arrange(dict(values))
     if record is not None:
-        desk.runner.play(record)
-    return desk
+        rig_folder.runner.play(record)
+    return rig_folder
 
 
 KIND = "rotorsim scene"
