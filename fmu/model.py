@@ -8,7 +8,7 @@ import hashlib
 import json
 import re
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
@@ -18,8 +18,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fmu.variables import ROW, UnitVariable, plant_variables
+from fmu.turned import Turned, turned_numbers
+from fmu.variables import ROW, UnitVariable, place, plant_variables
 from reynolds.grid import cells
+from reynolds.workspace import FILM_DTYPE
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.effects.film.gas_heating import NOMINAL
@@ -34,14 +36,26 @@ MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3
 STORES = {
     "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
-    "constant": "CONSTANT", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
+    "constant": "CONSTANT", "turned": "TURNED", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
 }  # fmt: skip
-DEFINES = {"CONTINUOUS": 0, "N_STATES": 0, "N_P": 1, "N_IX": 1, "N_RUNS": 1, "N_PRESSURE": 0, "GUARDED": 0}
+DEFINES = {
+    "CONTINUOUS": 0,
+    "N_STATES": 0,
+    "N_P": 1,
+    "N_IX": 1,
+    "N_RUNS": 1,
+    "N_PRESSURE": 0,
+    "N_TURNED": 0,
+    "N_ENTRIES": 0,
+    "GUARDED": 0,
+}
 """Sizes of a unit that does not state them."""
 ARRAYS = {
     "double initial_parameters[N_P]": ("0.0",),
     "int64_t indices[N_IX]": ("0",),
     "int32_t pressure_nodes[N_PRESSURE + 1][2]": ("{0, 0}",),
+    "Entries entries[N_ENTRIES + 1]": ("{0}",),
+    "Operation operations[]": ("{0}",),
 }
 """Arrays of a unit that does not have them."""
 
@@ -118,12 +132,13 @@ def row(v: UnitVariable) -> str:
         "parameter": "ALWAYS" if v.tunable else "BEFORE_START",
         "seed": "BEFORE_START",
         "state": "BEFORE_START",
+        "turned": "BEFORE_START",
     }
     unit = "" if v.unit == "1" else v.unit
     texts = [json.dumps(text, ensure_ascii=False) for text in (v.why, v.beyond)]
     parts = [
         f'"{v.name}"', f'"{unit}"', v.kind.upper(), STORES[v.store], settable.get(v.store, "NEVER"), v.index,
-        str(v.whole).lower(), float(v.low).hex(), float(v.high).hex(), float(v.start or 0.0).hex(),
+        float(v.low).hex(), float(v.high).hex(), float(v.start or 0.0).hex(),
         *(float(x).hex() for x in v.checked), *texts,
     ]  # fmt: skip
     return "{" + ", ".join(map(str, parts)) + "}"
@@ -171,9 +186,14 @@ class PlantUnit(Unit):
         return self.plant.assembly
 
     @cached_property
+    def turned(self) -> tuple[Turned, ...]:
+        """Numbers of the machine that can be set before it starts."""
+        return turned_numbers(self.assembly)
+
+    @cached_property
     def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
-        return plant_variables(self.assembly, self.speed, self.pressure)
+        return plant_variables(self.assembly, self.speed, self.pressure, self.turned)
 
     @cached_property
     def hash(self) -> str:
@@ -207,7 +227,13 @@ class PlantUnit(Unit):
             "W_COMMAND": a.rig.command,
             "W_SPEED": a.rotor.speed,
             "W_LOAD": a.rotor.static_rhs,
-        } | _ends(a)
+            "P_AMBIENT": place(a, "film_0", "pa") if a.films else -1,
+            "P_CLEARANCE": place(a, "film_0", "clearance"),
+            "N_FILMS": len(a.films),
+            "FILM_RECORD": FILM_DTYPE.itemsize // 8,
+            "N_TURNED": len(self.turned),
+            "N_ENTRIES": sum(len(one.entries) for one in self.turned),
+        } | _ends(a, [one.name for one in self.turned])
 
     def arrays(self) -> dict[str, Iterable[str]]:
         """Workspace at the start, parameters, indices and the film's cells."""
@@ -217,23 +243,38 @@ class PlantUnit(Unit):
             "double initial_parameters[N_P]": (float(x).hex() for x in a.numbers),
             "int64_t indices[N_IX]": map(str, a.ix),
             "int32_t pressure_nodes[N_PRESSURE + 1][2]": (f"{{{i}, {j}}}" for i, j in (*pressure_nodes(a), (0, 0))),
-        }
+        } | _turned_arrays(self.turned)
 
 
-def _ends(a: Assembly) -> dict[str, Any]:
+def _turned_arrays(turned: tuple[Turned, ...]) -> dict[str, Iterable[str]]:
+    """Entries that follow from what can be set, and the operations of all their formulas, each formula once."""
+    formulas = list(dict.fromkeys(e.formula for one in turned for e in one.entries))
+    ends = np.cumsum([0, *map(len, formulas)])
+    first = dict(zip(formulas, ends, strict=False))
+    rows = [
+        f"{{{k}, {int(e.in_record)}, {int(e.least)}, {e.place}, {e.count}, {first[e.formula]}, {len(e.formula)}}}"
+        for k, one in enumerate(turned)
+        for e in one.entries
+    ]
+    steps = [f"{{{operation}, {constant.hex()}}}" for formula in formulas for operation, constant in formula]
+    return {"Entries entries[N_ENTRIES + 1]": [*rows, "{0}"], "Operation operations[]": [*steps, "{0}"]}
+
+
+def _ends(a: Assembly, turned: Sequence[str]) -> dict[str, Any]:
     """Places and limits of what ends a run: the gap and the temperatures of the films."""
     machine = a.machine
     warm = HEAT_COLUMNS * len(a.films) if a.rig.n_heat else 0
     rise, heating = friction_heat(machine)
     pushed = any(effect.stiffness > 0 for effect in machine.effects.get("contact", ()))  # type: ignore[attr-defined]
-    deepest = max((film.clearance for film in machine.films), default=0.0) if pushed else 0.0
     limits = {
-        "DEEPEST": deepest,
-        "WARMTH": machine.gas.temperature + rise,
+        "TEMPERATURE": machine.gas.temperature,
+        "RISE": rise,
         "HEATING": heating / NOMINAL**2,
         "HOTTEST": min(hottest(machine), UNLIMITED),
     }
     places = {"H_MIN": COLUMNS.index("h_min") if a.films else -1, "FIRST_RISE": a.columns - warm, "N_RISES": warm}
+    places |= {"PUSHED": int(pushed)}
+    places |= {"TURNED_TEMPERATURE": turned.index("gas.temperature") if "gas.temperature" in turned else -1}
     return places | {name: float(value).hex() for name, value in limits.items()}
 
 

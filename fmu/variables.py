@@ -14,11 +14,12 @@ SI units are written as exponents of the base units, display units with their fa
 
 import ast
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
+from fmu.turned import Turned
 from identification.records.schema import warm_bodies
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, TO_RPM, dimension
@@ -58,7 +59,6 @@ class UnitVariable:
     start: float | None = None
     low: float = -UNLIMITED
     high: float = UNLIMITED
-    whole: bool = False
     tunable: bool = False
     shape: tuple[int, ...] = ()
     typical: float | None = None
@@ -102,17 +102,25 @@ class UnitVariable:
         return display_unit(self.unit, self.start or self.nominal or 0.0)
 
 
-def plant_variables(a: Assembly, speed: float, pressure: float) -> tuple[UnitVariable, ...]:
-    """All variables of a plant that starts at a speed [rad/s] and gauge pressure [Pa]."""
+def plant_variables(
+    a: Assembly, speed: float, pressure: float, turned: Sequence[Turned] = ()
+) -> tuple[UnitVariable, ...]:
+    """All variables of a plant that starts at a speed [rad/s] and gauge pressure [Pa]; what of it is `turned`."""
     found = [UnitVariable("time", "time", "Simulation time.", "s")]
-    found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a), *_effect_parameters(a)]
+    found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a)]
+    for k, one in enumerate(turned):
+        found.append(
+            replace(_parameter(one.name, one.quantity, k, one.value, False, (one.low, one.high)), store="turned")
+        )
+    found += _effect_parameters(a)
     found.append(
         UnitVariable(
             "noise.seed", "seed", "Makes the machine's noise and nothing else.", kind="integer", start=0.0, low=0.0,
-            high=MOST_SEED, whole=True,
+            high=MOST_SEED,
         )
     )  # fmt: skip
-    return (*found, *_constants(a))
+    known = {v.name for v in found}
+    return (*found, *(v for v in _constants(a) if v.name not in known))
 
 
 def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[UnitVariable]:
@@ -216,10 +224,10 @@ def _parameter(
 ) -> UnitVariable:
     """Parameter declared by a `Quantity`, within its limits or narrower `bounds`."""
     low, high = bounds or known.bounds
+    kind = "integer" if known.multiple else "real"
     return UnitVariable(
-        name, "parameter", known.doc, known.unit, index, start=value, low=low, high=high,
-        whole=bool(known.multiple), tunable=tunable,
-    )  # fmt: skip
+        name, "parameter", known.doc, known.unit, index, kind, start=value, low=low, high=high, tunable=tunable
+    )
 
 
 def _declared(part: type[Part], field: str) -> Quantity:

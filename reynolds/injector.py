@@ -96,16 +96,24 @@ def critical_ratio(kappa: float) -> float:
 
 def nozzle_coefficients(kappa: float, gas_constant: float, temperature: float) -> np.ndarray:
     """Constants of `nozzle`: polynomial in (1 - r), critical ratio, choked flux, slope and limit of the linear part."""
+    fluxes, critical = unit_coefficients(kappa)
+    scaled = fluxes / math.sqrt(gas_constant * temperature)
+    return np.concatenate([scaled[:-2], [critical], scaled[-2:], [1 - LINEAR_ABOVE]])
+
+
+@lru_cache
+def unit_coefficients(kappa: float) -> tuple[np.ndarray, float]:
+    """Fluxes of `nozzle_coefficients` for R T = 1 m^2/s^2, of which all are multiples, and the critical ratio."""
     critical = critical_ratio(kappa)
     top = 1 - critical
     nodes = top * (0.5 + 0.5 * np.cos(np.pi * (np.arange(64) + 0.5) / 64))
-    values = nozzle_flux(1 - nodes, kappa, gas_constant, temperature) / np.sqrt(nodes)
+    values = nozzle_flux(1 - nodes, kappa, 1.0, 1.0) / np.sqrt(nodes)
     poly = np.polynomial.Chebyshev.fit(nodes, values, NOZZLE_TERMS - 1, domain=[0, top])
     coefficients = poly.convert(kind=np.polynomial.Polynomial).coef
     limit = 1 - LINEAR_ABOVE
     at_limit = math.sqrt(limit) * np.polynomial.polynomial.polyval(limit, coefficients)
     at_critical = math.sqrt(top) * np.polynomial.polynomial.polyval(top, coefficients)
-    return np.concatenate([coefficients, [critical, at_critical, at_limit / limit, limit]])
+    return np.concatenate([coefficients, [at_critical, at_limit / limit]]), critical
 
 
 @inlined

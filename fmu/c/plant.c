@@ -1,5 +1,6 @@
 /* The plant in a unit: equilibrium and steps, and where its physics end. The physics is in rotorsim_serve, compiled from the plant's kernels. */
 #include <math.h>
+#include <string.h>
 
 #include "unit.h"
 
@@ -14,33 +15,72 @@ extern int32_t rotorsim_serve(int64_t *result, void **error, int64_t task, ARRAY
                               ARRAY_OF(const int64_t), double *parameters, ARRAY_OF(double), void *, void *, int64_t,
                               int64_t, double *, int64_t, int64_t, int64_t, int64_t, int64_t steps);
 
+static double formula(const Entries *e, double x) {
+    for (const Operation *o = &operations[e->first]; o < &operations[e->first + e->n_operations]; o++) {
+        switch (o->kind) {
+            case TIMES: x = x * o->a; break;
+            case BY: x = x / o->a; break;
+            case UNDER: x = o->a / x; break;
+            case PLUS: x = x + o->a; break;
+            case ROOT: x = sqrt(x); break;
+            case VISCOSITY: x = 1.0 + x, x = x * sqrt(x) * (1.0 + o->a) / (x + o->a); break;
+        }
+    }
+    return x;
+}
+
+/* What follows from the numbers set, in the workspace at the start or in the parameters. A parameter that was set itself
+   keeps its value. */
+static void turn(Unit *u, bool in_record, double *target) {
+    for (const Entries *e = entries; e < &entries[N_ENTRIES]; e++) {
+        if (e->in_record != in_record) continue;
+        double x = formula(e, u->s.turned[e->turned]);
+        for (int32_t k = e->place; k < e->place + e->count; k++)
+            if (!in_record || u->s.parameters[k] == initial_parameters[k]) target[k] = e->least ? fmin(target[k], x) : x;
+    }
+}
+
+static void gather(Unit *u) {
+    memcpy(u->effective, u->s.parameters, sizeof u->effective);
+    turn(u, true, u->effective);
+}
+
+static double ambient(const Unit *u) { return P_AMBIENT < 0 ? AMBIENT : u->effective[P_AMBIENT < 0 ? 0 : P_AMBIENT]; }
+
 static int64_t serve(Unit *u, int64_t task, double inputs[6]) {
     int64_t result = 0;
     void *error = NULL;
     State *s = &u->s;
     int32_t code = rotorsim_serve(&result, &error, task, ARRAY(s->w, N_W), ARRAY(u->initial, N_W),
-                                  ARRAY(indices, N_IX), s->parameters, ARRAY(inputs, 6), ROW(s->outputs, N_OUT), STEPS);
+                                  ARRAY(indices, N_IX), u->effective, ARRAY(inputs, 6), ROW(s->outputs, N_OUT), STEPS);
     return code == 0 ? result : BROKEN;
 }
 
-static void hold_inputs(const Unit *u, double row[6]) {
+static bool hold_inputs(Unit *u, double row[6]) {
     static const int places[6] = INPUT_PLACES;
     for (int k = 0; k < 6; k++) row[k] = places[k] >= 0 ? u->s.inputs[places[k]] : 0.0;
-    row[1] += AMBIENT;
+    double gauge = row[1];
+    row[1] += ambient(u);
+    if (row[1] > 0.0) return true;
+    unit_fail(u, FAILED, "injection.pressure = %g Pa: below vacuum at gas.ambient_pressure = %g Pa; give more", gauge,
+              ambient(u));
+    return false;
 }
 
 bool unit_initialise(Unit *u) {
     double row[6];
     if (u->s.settled) return true;
     if (!unit_may_begin(u)) return false;
-    hold_inputs(u, row);
+    gather(u);
+    turn(u, false, u->initial);
+    if (!hold_inputs(u, row)) return false;
     int64_t status = serve(u, SETTLE, row);
     if (status == BEYOND_STROKE) {
         unit_fail(u, FAILED, "the pins' bias is beyond the stroke of the actuators; change injection.pin_bias or "
                              "actuators.sensitivity");
     } else if (status == NO_LIFT_OFF) {
         unit_fail(u, FAILED, "no lift-off: at %.3g MPa gauge and %.0f rpm the film does not carry the %.1f N on it; %s",
-                  (row[1] - AMBIENT) / 1e6, row[0] * TO_RPM,
+                  (row[1] - ambient(u)) / 1e6, row[0] * TO_RPM,
                   hypot(u->s.w[W_LOAD], u->s.w[W_LOAD + 1]),
                   N_INJ ? "raise injection.pressure" : "start at a higher shaft.speed_ref");
     } else if (status < 0) {
@@ -63,8 +103,16 @@ bool unit_film_pressure(Unit *u, double *values) {
 
 static double warmest(const State *s) {
     double rise = 0.0, speed = s->w[W_SPEED];
+    double cold = TURNED_TEMPERATURE < 0 ? TEMPERATURE : s->turned[TURNED_TEMPERATURE < 0 ? 0 : TURNED_TEMPERATURE];
     for (int k = 0; k < N_RISES; k++) rise = fmax(rise, s->outputs[FIRST_RISE + k]);
-    return WARMTH + HEATING * speed * speed + rise;
+    return cold + RISE + HEATING * speed * speed + rise;
+}
+
+/* Depth [m] in its sleeve at which a journal that contact pushes back ends a run: the largest clearance. */
+static double deepest(const Unit *u) {
+    double clearance = 0.0;
+    for (int f = 0; f < N_FILMS * PUSHED; f++) clearance = fmax(clearance, u->effective[P_CLEARANCE + FILM_RECORD * f]);
+    return clearance;
 }
 
 /* A sentence where the physics of the plant end: what follows would be numbers without a meaning. */
@@ -74,11 +122,11 @@ static Outcome check_physics(Unit *u) {
         if (!isfinite(s->outputs[k]))
             return unit_fail(u, FAILED, "t = %.4f s, %.0f rpm: an output is not a number any more; check the inputs",
                              unit_time(u), s->w[W_SPEED] * TO_RPM);
-    if (H_MIN >= 0 && s->outputs[H_MIN] < -DEEPEST)
+    if (H_MIN >= 0 && s->outputs[H_MIN] < -deepest(u))
         return unit_fail(u, FAILED, "film.h_min = %.4g um at t = %.4f s, %.0f rpm: the journal is inside its sleeve, "
                                     "deeper than %g um; %s", 1e6 * s->outputs[H_MIN], unit_time(u),
-                         s->w[W_SPEED] * TO_RPM, 1e6 * DEEPEST,
-                         DEEPEST > 0.0 ? "lower the speed or the load" : "add [effects.contact] to the machine");
+                         s->w[W_SPEED] * TO_RPM, 1e6 * deepest(u),
+                         deepest(u) > 0.0 ? "lower the speed or the load" : "add [effects.contact] to the machine");
     if (HOTTEST < 1e9 && warmest(s) > HOTTEST)
         return unit_fail(u, FAILED, "%.4g degC in a film at t = %.4f s, %.0f rpm: above limits.temperature %.4g degC; "
                                     "lower the speed or raise it", warmest(s) - 273.15, unit_time(u),
@@ -93,8 +141,12 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
     int64_t n = unit_samples_in(u, now, length, &outcome), touched = 0;
     double from = s->w[W_COMMAND];
     s->event = 0;
+    gather(u);
     for (int64_t k = 0; k < n && !(s->event && u->early_return); k++) {
-        hold_inputs(u, row);
+        if (!hold_inputs(u, row)) {
+            outcome = FAILED;
+            break;
+        }
         if (k + 1 < n) row[0] = from + (row[0] - from) * ((double)(k + 1) / (double)n);
         if (s->inputs[DRIVE_ON] == 0.0) row[0] = NAN;
         if (serve(u, ADVANCE, row) < 0) {

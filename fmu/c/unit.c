@@ -78,6 +78,7 @@ void unit_reset(Unit *u) {
     memcpy(s->parameters, initial_parameters, sizeof s->parameters);
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         if (variables[i].store == INPUT) s->inputs[variables[i].index] = variables[i].value;
+        if (variables[i].store == TURNED) s->turned[variables[i].index] = variables[i].value;
         if (variables[i].store == SEED) s->seed = variables[i].value;
     }
     u->s.phase = CREATED;

@@ -14,7 +14,7 @@
 #define TO_RPM 9.549296585513721
 
 typedef enum { REAL, INTEGER, BOOLEAN } Kind;
-typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE } Store;
+typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE, TURNED } Store;
 typedef enum { NEVER, BEFORE_START, ALWAYS } Settable;
 typedef enum { CREATED, INITIALISING, STEPPING, IN_EVENT, TERMINATED } Phase;
 typedef enum { OK, WARNING, FAILED } Outcome;
@@ -27,7 +27,6 @@ typedef struct {
     Store store;
     Settable settable;
     int index;
-    bool whole;
     double low, high, value, checked_low, checked_high;
     const char *why, *beyond;
 } Variable;
@@ -37,6 +36,20 @@ typedef struct {
     int32_t count;
     double value;
 } Run;
+
+/* A step of a formula: x a, x / a, a / x, x + a, the root of x, or the factor on a viscosity by Sutherland's law. */
+typedef struct {
+    enum { TIMES, BY, UNDER, PLUS, ROOT, VISCOSITY } kind;
+    double a;
+} Operation;
+
+/* Entries of the workspace at the start, or of the parameters, that follow from a number that can be set; the least of
+   several films where they share an entry. */
+typedef struct {
+    int32_t turned;
+    bool in_record, least;
+    int32_t place, count, first, n_operations;
+} Entries;
 
 /* Adds factor x theta[i] x theta[j] (theta[-1] = 1) to an element of [A B; C D]. */
 typedef struct {
@@ -49,6 +62,8 @@ extern const Run initial_runs[N_RUNS];
 extern const double initial_parameters[N_P];
 extern const int64_t indices[N_IX];
 extern const int32_t pressure_nodes[N_PRESSURE + 1][2];
+extern const Entries entries[N_ENTRIES + 1];
+extern const Operation operations[];
 #if N_STATES
 extern const Term terms[N_TERMS];
 extern const double surfaces[N_THETA][N_BASIS];
@@ -63,12 +78,12 @@ typedef struct {
     int64_t count;
     double start, stop, seed;
     int64_t phase, touching, event, settled;
-    double inputs[N_INPUTS], outputs[N_OUT], parameters[N_P], w[N_W];
+    double inputs[N_INPUTS], outputs[N_OUT], parameters[N_P], turned[N_TURNED + 1], w[N_W];
 } State;
 
 typedef struct Unit {
     State s;
-    double initial[N_W], derivatives[N_STATES + 1];
+    double initial[N_W], effective[N_P], derivatives[N_STATES + 1];
     bool logging, event_mode, early_return, model_exchange, has_refused, has_warned[N_VARIABLES];
     uint32_t refused;
     char refusal[400];

@@ -37,6 +37,7 @@ bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value) {
         case PARAMETER: *value = u->s.parameters[v->index]; return true;
         case STATE: *value = u->s.w[v->index]; return true;
         case DERIVATIVE: *value = u->derivatives[v->index]; return true;
+        case TURNED: *value = u->s.turned[v->index]; return true;
         case SEED: *value = u->s.seed; return true;
         case CONSTANT: *value = v->value; return true;
         case PRESSURE: break;
@@ -68,10 +69,6 @@ static bool fits(Unit *u, uint32_t reference, double value) {
                      v->low, v->high);
         return refuse(u, reference, text);
     }
-    if (v->whole && value != floor(value)) {
-        snprintf(text, sizeof text, "%s = %g: not a whole number; give e.g. %g", v->name, value, round(value));
-        return refuse(u, reference, text);
-    }
     if (u->has_refused && u->refused == reference) u->has_refused = false;
     return true;
 }
@@ -94,6 +91,7 @@ bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
         if (!fits(u, reference, value)) return false;
         if (v->store == SEED) u->s.seed = value;
         if (v->store == PARAMETER) u->s.parameters[v->index] = value;
+        if (v->store == TURNED) u->s.turned[v->index] = value;
         if (v->store == STATE) u->s.w[v->index] = value;
     }
     if (early) u->s.settled = 0;

@@ -56,7 +56,7 @@ def test_effects_draw_their_own_limits():
 
 
 def test_counts_of_effects_are_whole(model):
-    whole = {v.name for v in model.variables if v.whole}
+    whole = {v.name for v in model.variables if v.kind == "integer"}
     assert "effects.encoder.counts" in whole and "effects.unbalance.me" not in whole
 
 

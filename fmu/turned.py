@@ -1,0 +1,216 @@
+"""Numbers of a machine that can be set before a unit starts: clearance, ambient pressure, temperature, discharge.
+
+A unit holds what `assemble` fills, the workspace and the parameter record; such a number stands in few of their
+entries. Each of these follows from it by a chain of operations in the order of the assembly, so that it has the same
+bits. Machines with other values are assembled to see which entries change: a number with an entry that no chain
+reproduces there to the last bit, or that changes more than entries, stays fixed.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reynolds.injector import Injector as Nozzle, unit_coefficients
+from rotorsim.base.errors import MachineFileError
+from rotorsim.base.quantity import Quantity, quantity_of
+from rotorsim.effects.film.gas_heating import sutherland
+from rotorsim.machine.gas_film import FREEZING, GASES, Gas, GasFilm, Injection, Orifices
+from rotorsim.machine.limits import speed_limit
+from rotorsim.machine.part import Part
+from rotorsim.machine.schema import Machine
+from rotorsim.plant.assemble import Assembly, assemble
+
+Formula = tuple[tuple[str, float], ...]
+"""Operations on the number, one after another, each with its constant."""
+OPERATIONS: dict[str, Callable[[float, float], float]] = {
+    "TIMES": lambda x, a: x * a,
+    "BY": lambda x, a: x / a,
+    "UNDER": lambda x, a: a / x,
+    "PLUS": lambda x, a: x + a,
+    "ROOT": lambda x, a: math.sqrt(x),
+    "VISCOSITY": getattr(sutherland, "py_func", sutherland),
+}
+"""Operations of formulas by their names in C."""
+FACTORS = (0.77, 0.93, 1.0, 1.09, 1.31)
+"""Values, over that of the machine, with which formulas are compared."""
+HALVINGS = 30
+"""Halvings in the search for the last value that a machine takes."""
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Entries `place` to `place + count` of the workspace or of the parameter record, and their formula.
+
+    The `least` of it and what stands there is taken where several films share an entry.
+    """
+
+    in_record: bool
+    place: int
+    count: int
+    formula: Formula
+    least: bool = False
+
+
+@dataclass(frozen=True)
+class Turned:
+    """A number that can be set: name in the unit, declaration, value, limits, and the entries that follow from it."""
+
+    name: str
+    quantity: Quantity
+    value: float
+    low: float
+    high: float
+    entries: tuple[Entries, ...]
+
+
+def turned_numbers(a: Assembly) -> tuple[Turned, ...]:
+    """All numbers of a machine that can be set before its unit starts."""
+    found = []
+    for name, path, part, formulas in _numbers(a):
+        quantity = quantity_of(part.model_fields[path.rsplit(".", 1)[1]])
+        value = _value(a.machine, path)
+        assert quantity is not None
+        entries = _entries(a, path, value, quantity, [(), *formulas])
+        if entries is not None:
+            low, high = (_reach(a.machine, path, value, bound) for bound in quantity.bounds)
+            found.append(Turned(name, quantity, value, low, high, entries))
+    return tuple(_with_tolerance(a, found))
+
+
+def _with_tolerance(a: Assembly, found: list[Turned]) -> Iterator[Turned]:
+    """The numbers, clearances with the tolerance of motions, which follows from the least of all films' or of none."""
+    clearances = [one for one in found if one.name.endswith(".clearance")]
+    formula = (("TIMES", a.machine.solver.tolerance),)
+    for one in found:
+        if one not in clearances:
+            yield one
+        elif len(clearances) == len(a.films):
+            tolerance = Entries(True, _tolerance(a), 1, formula, least=one is not clearances[0])
+            yield replace(one, entries=(*one.entries, tolerance))
+
+
+def _tolerance(a: Assembly) -> int:
+    """Place in the parameter record of the tolerance of motions."""
+    fields = a.record.dtype.fields
+    assert fields is not None
+    return fields["motion_tolerance"][1] // 8
+
+
+def value_of(formula: Formula, x: float) -> float:
+    """The value of a formula."""
+    for operation, constant in formula:
+        x = OPERATIONS[operation](x, constant)
+    return x
+
+
+def _numbers(a: Assembly) -> Iterator[tuple[str, str, type[Part], list[Formula]]]:
+    """Name, path, part and possible formulas of each number."""
+    machine = a.machine
+    if not a.films:
+        return
+    yield "gas.ambient_pressure", "gas.ambient_pressure", Gas, []
+    yield "gas.temperature", "gas.temperature", Gas, list(_of_temperature(a))
+    for k, (bearing, film) in enumerate(zip(machine.film_bearings, machine.films, strict=True)):
+        name, path = f"bearing_{k + 1}" if k else "bearing", f"bearings.{bearing}"
+        yield f"{name}.clearance", f"{path}.clearance", GasFilm, list(_of_clearance(machine, film))
+        for i, row in enumerate(film.orifices):
+            of_row = f"{name}.orifices" if len(film.orifices) == 1 else f"{name}.orifices[{i + 1}]"
+            area, mouth = math.pi / 4 * row.diameter**2, (("TIMES", math.pi), ("TIMES", row.mouth))
+            yield f"{of_row}.discharge", f"{path}.orifices.{i}.discharge", Orifices, [(("TIMES", area),)]
+            yield f"{of_row}.curtain_discharge", f"{path}.orifices.{i}.curtain_discharge", Orifices, [mouth]
+    one = machine.injection
+    if one is None or not machine.injectors:
+        return
+    seat = (("TIMES", math.pi), ("TIMES", one.pin_diameter))
+    gaps = {max(one.seat_gap - pin, one.minimum_gap) for pin in (0.0, one.pin_bias)}
+    if one.pin_discharge is not None:
+        name = "injection.pin_discharge"
+        yield name, name, Injection, [(*seat, ("TIMES", gap)) for gap in gaps]
+    name, around = "injection.curtain_discharge", (("TIMES", math.pi), ("TIMES", one.orifice_diameter))
+    yield name, name, Injection, [around]
+
+
+def _of_temperature(a: Assembly) -> Iterator[Formula]:
+    """Formulas of a temperature T: source, nozzle function, plena, viscosity, Sutherland's constant over T."""
+    gas, known = a.machine.gas, GASES[a.machine.gas.name]
+    if gas.viscosity is None:
+        s = known.sutherland / FREEZING
+        yield ("BY", FREEZING), ("PLUS", -1.0), ("VISCOSITY", s), ("TIMES", known.viscosity)
+    yield (("UNDER", gas.S),)
+    for film in a.films:
+        yield ("TIMES", gas.R), ("BY", film.grid.dy * film.grid.dz)
+    nozzles: set[Nozzle] = {nozzle for film in a.films for nozzle in film.injectors}
+    for volume, exponent in {(nozzle.plenum_volume, nozzle.polytropic_exponent) for nozzle in nozzles}:
+        yield ("TIMES", gas.R), ("TIMES", exponent), ("UNDER", volume)
+        yield ("TIMES", exponent * gas.R), ("UNDER", volume)
+    for number in unit_coefficients(gas.kappa)[0]:
+        yield ("TIMES", gas.R), ("ROOT", 0.0), ("UNDER", float(number))
+
+
+def _of_clearance(machine: Machine, film: GasFilm) -> Iterator[Formula]:
+    """Formulas of a clearance: the conductance of a gap to its walls."""
+    for effect in machine.effects.get("heat_balance", ()):
+        area = math.pi * film.diameter * film.length
+        yield ("UNDER", 6 * effect.conductivity), ("TIMES", area)  # type: ignore[attr-defined]
+
+
+def _entries(
+    a: Assembly, path: str, value: float, quantity: Quantity, formulas: list[Formula]
+) -> tuple[Entries, ...] | None:
+    """Entries that follow from a number, but the tolerance; None where a formula is missing or more changes."""
+    values = [float(value * factor) for factor in FACTORS if quantity.holds(value * factor)]
+    others = []
+    for x in values:
+        try:
+            other = a if x == value else assemble(a.machine.with_({path: x}))
+        except MachineFileError:
+            continue
+        same = other.module.__name__ == a.module.__name__ and np.array_equal(other.ix, a.ix)
+        if not same or speed_limit(other.machine) != speed_limit(a.machine):
+            return None
+        others.append((x, other))
+    found: list[Entries] = []
+    for in_record in (False, True):
+        rows = np.array([o.numbers if in_record else o.w for _, o in others])
+        changed = np.flatnonzero((rows != rows[0]).any(axis=0))
+        changed = changed[changed != _tolerance(a)] if in_record else changed
+        of = np.full(changed.size, -1)
+        for number, formula in enumerate(formulas):
+            column = np.array([value_of(formula, x) for x, _ in others])
+            of[(of < 0) & (rows[:, changed] == column[:, None]).all(axis=0)] = number
+        if (of < 0).any():
+            return None
+        breaks = np.flatnonzero((np.diff(changed) != 1) | (np.diff(of) != 0)) + 1
+        for places, kinds in zip(np.split(changed, breaks), np.split(of, breaks), strict=True):
+            if places.size:
+                found.append(Entries(in_record, int(places[0]), places.size, formulas[kinds[0]]))
+    return tuple(found) if len(others) > 2 else None
+
+
+def _value(machine: Machine, path: str) -> float:
+    """The value at a path of a machine."""
+    part = machine
+    for name in path.split("."):
+        part = part[int(name)] if name.isdigit() else getattr(part, name)  # type: ignore[index]
+    return float(part)  # type: ignore[arg-type]
+
+
+def _reach(machine: Machine, path: str, good: float, bound: float) -> float:
+    """The bound, or the last value towards it with which the machine is valid."""
+
+    def holds(value: float) -> bool:
+        try:
+            machine.with_({path: value})
+        except MachineFileError:
+            return False
+        return True
+
+    if holds(bound):
+        return bound
+    bad = bound
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good

@@ -1,0 +1,122 @@
+"""Numbers of the machine set before a unit starts: the bits of the machine that has them, or a sentence."""
+
+import numpy as np
+import pytest
+
+from fmu.check import plant_outputs
+from fmu.export import plant_unit
+from fmu.importer import reference_inputs
+from fmu.turned import turned_numbers, value_of
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
+from rotorsim.plant.assemble import assemble
+
+SAMPLE = 2e-4
+PATHS = {"bearing.": "bearings.1."}
+TURNS = {
+    "bearing.clearance": 31.7e-6,
+    "gas.ambient_pressure": 84321.0,
+    "gas.temperature": 331.3,
+    "injection.pin_discharge": 0.163,
+    "injection.curtain_discharge": 0.77,
+}
+OTHERS = {"rigid_rotor_self_acting": 4, "aerostatic_spindle": 12, "dtu_paper_a": 5, "foil_turbo_rotor": 2}
+
+
+def changed(machine, values, paths=PATHS):
+    """Return the machine with values under the names of its unit."""
+    for name, value in values.items():
+        path = name
+        for begin, own in paths.items():
+            path = own + path.removeprefix(begin) if path.startswith(begin) else path
+        machine = machine.with_({path: value})
+    return machine
+
+
+@pytest.mark.parametrize("values", [*({name: value} for name, value in TURNS.items()), TURNS], ids=str)
+def test_a_unit_with_other_numbers_has_the_bits_of_the_machine_that_has_them(unit, fresh, model, values):
+    other = plant_unit(Plant(changed(model.plant.machine, values)), model.speed, model.pressure)
+    inputs = reference_inputs(model, 150, SAMPLE)
+    truth, usual = plant_outputs(other, inputs, SAMPLE), plant_outputs(model, inputs, SAMPLE)
+    fresh.initialise(values)
+    rows = fresh.run(inputs, SAMPLE, list(truth))
+    for k, (name, (found, good)) in enumerate(truth.items()):
+        assert found[good].tobytes() == rows[good, k].tobytes(), name
+    assert not np.array_equal(truth["disc.y"][0], usual["disc.y"][0])
+    assert fresh.get(list(values)).tolist() == list(values.values())
+
+
+@pytest.mark.parametrize(("name", "count"), OTHERS.items())
+def test_what_a_unit_computes_anew_is_what_the_assembly_of_the_other_machine_has(name, count):
+    machine = load_machine(name)
+    a, rng = assemble(machine), np.random.default_rng(5)
+    first, *_, last = (*machine.film_bearings, *machine.film_bearings)
+    paths = {"bearing.": f"bearings.{first}.", "bearing_2.": f"bearings.{last}."}
+    turned = turned_numbers(a)
+    assert len(turned) == count
+    values = {one.name: one.value * rng.uniform(0.6, 1.7) for one in turned}
+    w, numbers = a.w.copy(), a.numbers.copy()
+    for one in turned:
+        for e in one.entries:
+            target, x = (numbers if e.in_record else w), value_of(e.formula, values[one.name])
+            part = slice(e.place, e.place + e.count)
+            target[part] = np.minimum(target[part], x) if e.least else x
+    named = {
+        key.replace("orifices[1]", "orifices.0").replace("orifices[2]", "orifices.1"): v for key, v in values.items()
+    }
+    other = assemble(changed(machine, named, paths))
+    assert other.w.tobytes() == w.tobytes() and other.numbers.tobytes() == numbers.tobytes()
+
+
+def test_a_clearance_that_shapes_the_sleeve_too_stays_fixed():
+    plant = plant_unit(Plant("foil_turbo_rotor"))
+    stores = {v.name: v.store for v in plant.variables}
+    assert stores["bearing.clearance"] == "constant" and stores["gas.temperature"] == "turned"
+    assert turned_numbers(assemble(load_machine("plain_rotor"))) == ()
+
+
+def test_numbers_that_leave_no_equilibrium_end_with_a_sentence_and_a_reset_makes_the_unit_usable(unit, fresh, model):
+    with pytest.raises(Exception, match="status 3"):
+        fresh.initialise({"bearing.clearance": 0.9e-3, "shaft.speed_ref": 10.0, "injection.pressure": 0.0})
+    assert "no lift-off" in fresh.messages[-1]
+    fresh.slave.reset()
+    fresh.initialise()
+    assert fresh.get(["bearing.clearance"])[0] == model.plant.machine.film.clearance
+    rest = model.plant.equilibrium(model.speed, model.pressure)
+    assert fresh.get(["disc.y"])[0] == pytest.approx(rest.disc[1], rel=1e-12)
+
+
+def test_a_viscosity_that_is_set_holds_at_any_temperature(unit, fresh, model):
+    machine = model.plant.machine.with_({"gas.temperature": 340.0, "gas.viscosity": 1.5e-5})
+    truth = plant_outputs(
+        plant_unit(Plant(machine), 300.0, model.pressure), reference_inputs(model, 20, SAMPLE), SAMPLE
+    )
+    fresh.initialise({"gas.viscosity": 1.5e-5, "gas.temperature": 340.0, "shaft.speed_ref": 300.0})
+    rows = fresh.run(reference_inputs(model, 20, SAMPLE), SAMPLE, ["bearing.x"])
+    assert rows[0, 0] == truth["bearing.x"][0][0]
+
+
+def test_a_state_holds_the_numbers_that_were_set(unit, fresh, model):
+    inputs = reference_inputs(model, 60, SAMPLE)
+    first, last = ({name: row[part] for name, row in inputs.items()} for part in (slice(30), slice(30, 60)))
+    fresh.initialise(TURNS)
+    fresh.run(first, SAMPLE, ["disc.x"])
+    saved = fresh.save()
+    rows = [fresh.run(last, SAMPLE, ["disc.x", "bearing.y"], 30)]
+    other = unit.instance("other")
+    other.initialise()
+    other.restore(saved)
+    rows.append(other.run(last, SAMPLE, ["disc.x", "bearing.y"], 30))
+    assert rows[0].tobytes() == rows[1].tobytes()
+    assert other.get(["gas.temperature"])[0] == TURNS["gas.temperature"]
+    other.close()
+
+
+def test_a_pressure_below_vacuum_is_refused_at_the_ambient_pressure_that_was_set(unit, fresh):
+    fresh.initialise({"gas.ambient_pressure": 5e4})
+    fresh.set({"injection.pressure": -6e4})
+    with pytest.raises(Exception, match="status 3"):
+        fresh.step(0.0, SAMPLE)
+    assert "below vacuum at gas.ambient_pressure = 50000 Pa" in fresh.messages[-1]
+    fresh.set({"injection.pressure": 0.3e6})
+    fresh.step(0.0, SAMPLE)
