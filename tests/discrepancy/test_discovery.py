@@ -214,8 +214,11 @@ def two_forces(kinds, wanted, monkeypatch):
     ],
 )
 def test_two_forces_are_found_at_one_place_or_at_two(kinds, names, monkeypatch):
-    law = laws_of(*two_forces(kinds, (20, 15), monkeypatch))[0]
+    law, *others = laws_of(*two_forces(kinds, (20, 15), monkeypatch))
     assert law.names == names and law.coefficients == pytest.approx([20, 15], rel=1e-3)
+    fewer = ["dry of disc 1"] if len(law.places) == 1 else []
+    assert [other.names for other in others if len(other.terms) == 1] == fewer
+    assert [other.names for other in others if law.holds(other)] == fewer and not any(one.holds(law) for one in others)
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 2"),
