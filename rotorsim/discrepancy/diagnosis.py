@@ -627,8 +627,10 @@ class DiagnosisRun:
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
             found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
+            more = [one.names for one in laws if one.holds(proposal)]  # which exclude nothing of the law
+            near = [name for name in rivals if name not in more]
             law_found = discovered(
-                proposal, found.effects[0], p, rivals, seen["fit"], best.fit.residual * own.fitted.sigma
+                proposal, found.effects[0], p, near, seen["fit"], best.fit.residual * own.fitted.sigma
             )
         return replace(
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,

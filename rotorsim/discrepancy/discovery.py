@@ -160,6 +160,10 @@ class ProposedLaw:
         terms = tuple(replace(self.terms[i], place="") for i in own)
         return replace(self, place=place, terms=terms, coefficients=self.coefficients[numbers])
 
+    def holds(self, other: ProposedLaw) -> bool:
+        """Whether it is another law, at the same places, with further terms."""
+        return self.places == other.places and set(self.forms) > set(other.forms)
+
     @property
     def remembers(self) -> bool:
         """Whether a term has a memory."""
@@ -606,7 +610,8 @@ def _places_of(law: ProposedLaw) -> tuple[str, ...]:
 def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
     """The best laws at the places that the records do not tell apart by the linear model, the best one first.
 
-    A law at several places has to be clearly better than the best one at one place.
+    A law at several places has to be clearly better than the best one at one place. One of several terms at a place
+    comes with fewer of them too: the plant may not bear out what the linear model adds.
     """
     found = _by_place(seen, held, base, MOST_TERMS)
     best = found[0][0]
@@ -625,7 +630,10 @@ def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFi
         first = min(several, key=lambda p: p.score)
         moved = [one for one in _moved(first, seen, held, base) if one.score < first.score + NEAR]
         return [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]
-    return (single or near)[:MOST_LAWS]
+    chosen = (single or near)[:MOST_LAWS]
+    fewer = [own for pair in found for own in pair
+             if own.place == chosen[0].place and len(own.terms) < len(chosen[0].terms)]  # fmt: skip
+    return [*chosen, *(_with_equal(own, seen, held, base) for own in fewer[:1])]
 
 
 def _moved(

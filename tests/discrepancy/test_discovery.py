@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE
@@ -213,8 +214,11 @@ def two_forces(kinds, wanted, monkeypatch):
     ],
 )
 def test_two_forces_are_found_at_one_place_or_at_two(kinds, names, monkeypatch):
-    law = laws_of(*two_forces(kinds, (20, 15), monkeypatch))[0]
+    law, *others = laws_of(*two_forces(kinds, (20, 15), monkeypatch))
     assert law.names == names and law.coefficients == pytest.approx([20, 15], rel=1e-3)
+    fewer = ["dry of disc 1"] if len(law.places) == 1 else []
+    assert [other.names for other in others if len(other.terms) == 1] == fewer
+    assert [other.names for other in others if law.holds(other)] == fewer and not any(one.holds(law) for one in others)
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 2"),
@@ -519,6 +523,25 @@ def test_a_tie_or_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_
         assert {(e.effects, e.beyond): e.probability for e in left.odds} == {(BOW, True): 0.96, ((), False): 0.04}
 
 
+@pytest.mark.parametrize(("after", "place"), [((3.0, 4.0), "disc 1"), ((4.0, 3.0), "disc 2")])
+def test_of_laws_with_a_memory_the_one_is_best_that_is_so_at_its_own_calibration(after, place, monkeypatch):
+    """The first one at the calibration that they were found at is not where both are solved once more."""
+    room, at = "rotorsim.discrepancy.diagnosis", dict(zip(("disc 1", "disc 2"), after, strict=True))
+    one = (LawTerm(TERMS["hidden mass"], one=True),)
+    laws = [replace(cubic(1e12, z), terms=one, coefficients=np.ones(1), sd=np.ones(1)) for z in at]
+    part = SimpleNamespace(residual=lambda point: np.zeros(2), sigma=np.ones(2))
+    run = DiagnosisRun(machine_of_laws(), None, {"fit": part}, (), [], 0.0, lambda stage: None)
+    gap = xr.Dataset({"gap": (("record", "axis", "stage"), np.ones((1, 2, 4)))})
+    monkeypatch.setattr(run, "_moved_by", lambda law, base: (replace(law, cost=at[law.place]), {}))
+    monkeypatch.setattr(run, "_result", lambda *given: Stated(gap=gap))
+    monkeypatch.setattr(f"{room}.remembered", lambda parts, before, laws, known: {"fit": np.zeros(2)})
+    monkeypatch.setattr(f"{room}.rms", lambda part, left: np.zeros((1, 2)))
+    base = ParameterFit((), ParameterPoint(), np.zeros(2), np.zeros((2, 0)), 9.0)
+    found = run._of_memory(base, [], laws, 1e3, [])
+    assert (found.status, found.discovered.place) == ("discovered", place) and len(found.discovered.near) == 1
+    assert not found.gap["gap"].values[:, :, 2].any() and found.gap["gap"].values[:, :, 1].all()
+
+
 @pytest.mark.parametrize(("status", "noted"), [("unknown", True), ("partial", True), ("named", False), ("tie", False),
                                                ("no_disagreement", False), ("recalibrated", False)])  # fmt: skip
 def test_a_machine_with_a_gas_film_has_no_law_and_records_without_an_answer_state_what_to_record(
@@ -563,6 +586,10 @@ class Stated:
     status: str = "unknown"
     stochastic: object = None
     judgement: Judgement | None = None
+    gap: xr.Dataset | None = None
+    unknown: object = None
+    planner: object = None
+    discovered: object = None
 
 
 def calibrated(case):
