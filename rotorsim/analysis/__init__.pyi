@@ -22,6 +22,7 @@ from .citations import cite as cite
 from .design_review import (
     DesignReview as DesignReview,
     design_review as design_review,
+    reserve_slopes as reserve_slopes,
     static_deflection as static_deflection,
 )
 from .operating_map import (

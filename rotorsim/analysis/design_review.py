@@ -14,6 +14,8 @@ Cites: api_684, friswell_2010.
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -36,13 +38,14 @@ from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
 from rotorsim.analysis.standards import HalfPower
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import stability_limit
-from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError, RotorsimError
+from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError, RotorsimError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import whirl_sense
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
 from rotorsim.machine.bearings import BearingPart, TableBearing
 from rotorsim.machine.rotor import ShaftProbe
+from rotorsim.machine.schema import leaves
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import DAMPED, LinearPlant
 from rotorsim.plant.simulation import describe, journal_room, settle
@@ -80,6 +83,10 @@ MISSED = "not met"
 """Verdict of one that is not kept."""
 OPEN = "not looked at"
 """Verdict of one that is not known to be kept."""
+CHANGED = 1e-3
+"""Relative change of a value by which a slope is measured."""
+SPEEDS = re.compile(r"\d+ rpm")
+"""Speed in the name of a requirement."""
 STANDARD_GRAVITY = 9.80665
 """Acceleration [m/s^2]."""
 
@@ -303,6 +310,77 @@ def design_review(
         _onset(found), films, gap, refused, found, found.searched,
         tuple([*found.refused, *found.uncertain, *((v, v) for v in found.unproven)]), sensitivity, axial,
     )  # fmt: skip
+
+
+def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) -> xr.Dataset:
+    """What moves the reserves of a design review: a review for each value of the machine, changed alone by `CHANGED`.
+
+    Parameters
+    ----------
+    plant : Plant
+    paths : sequence of str
+        Numbers above 0 of the machine file, e.g. 'bearings.0.clearance'.
+    pressure : float
+        Gauge supply pressure [Pa].
+
+    Returns
+    -------
+    Dataset
+        reserve (check) and slope (check, path): change of the reserve over the relative change of the value. A
+        requirement without a reserve is left out; NaN where the machine with the value, or a review of it, has none.
+
+    Raises
+    ------
+    MachineFileError
+        For a path that does not lead to a number.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> found = rs.analysis.reserve_slopes(rs.Plant("plain_rotor"), ["effects.unbalance.me"])
+    >>> list(found.sizes)
+    ['check', 'path']
+    """
+    known = {path: (value, spec) for path, value, spec, _ in leaves(plant.machine)}
+    for path in paths:
+        value, spec = known.get(path, (None, None))
+        if spec is None or isinstance(value, str) or not value:
+            raise MachineFileError(f"{path}: is not a number above 0 of this machine", argument="paths", value=path)
+    begun = _reserves(plant, pressure)
+    slope = np.full((len(begun), len(paths)), np.nan)
+    for k, path in enumerate(paths):
+        value, spec = known[path]
+        unit = "" if spec.unit == "1" else f" {spec.unit}"
+        try:
+            moved = _reserves(Plant(plant.machine.replace(path, f"{value * (1 + CHANGED)!r}{unit}")), pressure)
+        except RotorsimError:
+            continue
+        slope[:, k] = [(moved.get(key, ("", np.nan))[1] - one[1]) / CHANGED for key, one in begun.items()]
+    text = "change of the reserve over the relative change of the value"
+    return xr.Dataset(
+        {
+            "reserve": (
+                "check",
+                [one for _, one in begun.values()],
+                {"units": "1", "long_name": "distance from the limit over it"},
+            ),
+            "slope": (("check", "path"), slope, {"units": "1", "long_name": text}),
+        },
+        {"check": [name for name, _ in begun.values()], "path": list(paths)},
+        plant.provenance() | {"kind": "reserve slopes", "pressure": pressure},
+    )
+
+
+def _reserves(plant: Plant, pressure: float) -> dict[tuple[str, int], tuple[str, float]]:
+    """Names and finite reserves, by the name without its speeds and the number among those of that name."""
+    found: dict[tuple[str, int], tuple[str, float]] = {}
+    seen: Counter[str] = Counter()
+    for check in design_review(plant, pressure=pressure).checks:
+        stem = SPEEDS.sub("", check.name)
+        seen[stem] += 1
+        if np.isfinite(check.reserve):
+            found[stem, seen[stem]] = check.name, check.reserve
+    return found
 
 
 def static_loads(plant: Plant) -> np.ndarray:

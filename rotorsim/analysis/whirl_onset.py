@@ -90,8 +90,9 @@ def stability_limit(
     """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, and its frequency; NaN for none.
 
     The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
-    shorter ones, or over ascending `speeds` [rad/s] up to `highest`. Raises NoLiftOffError where no speed carries the rotor. It is not looked for where a table is over the
-    whirl frequency: a Campbell diagram has the damping of each mode at its own frequency.
+    shorter ones, or over ascending `speeds` [rad/s] up to `highest`. Raises NoLiftOffError where no speed carries the
+    rotor. It is not looked for where a table is over the whirl frequency: a Campbell diagram has the damping of each
+    mode at its own frequency.
     """
     search = LeastDamped.up_to(plant, pressure, highest)
     if plant.assembly.mesh.whirling:

@@ -20,7 +20,7 @@ from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import advised, show, split
 from rotorsim.machine import machine_text, shipped_machines
-from rotorsim.machine.file_text import parse, read_text, with_copy, with_table, with_value, without
+from rotorsim.machine.file_text import parse, read_text, with_copy, with_table, with_value, with_values, without
 from rotorsim.machine.schema import Machine, leaves
 
 UNSAVED = ".edits"
@@ -44,7 +44,7 @@ class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
     `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
-    be written next to it.
+    be written next to it, `kept` the text of a design A with which this one is compared.
     """
 
     text: str
@@ -57,6 +57,7 @@ class Design:
     after: list[str] = field(default_factory=list)
     burst: tuple[str, str] = ("", "")
     unkept: str = ""
+    kept: str = ""
 
     def __post_init__(self) -> None:
         self.machine, self.problems = _read(self.text)
@@ -91,6 +92,43 @@ class Design:
 
     def copy(self, path: str) -> str:
         """Copy a part, next to itself where it has a place, under another name where it has one; its path."""
+        return self._copy(path, lambda machine, table: _moved(machine, path, table))
+
+    def mirror(self, path: str) -> str:
+        """Copy a part to the place as far from the shaft's other end; the copy's path."""
+        return self._copy(path, lambda machine, table: _mirrored(machine, path, table))
+
+    def split(self, path: str) -> str:
+        """Make two sections of one, half as long each; the path of the second."""
+        machine, (above, _, number) = self._drawn(), path.rpartition(".")
+        if above != "shaft.sections" or not number.isdecimal() or int(number) >= len(machine.shaft.sections):
+            raise RefusedError(f"{path[:80]}: is not a section of the shaft", argument=path, value=path)
+        section = machine.shaft.sections[int(number)]
+        half = {"length": show(0.5 * section.length, "m")}
+        middle = dict(zip(("inner_diameter", "outer_diameter"), section.diameters(0.5 * section.length), strict=True))
+        tapered = {key: show(value, "m") for key, value in middle.items()
+                   if getattr(section, f"{key}_right") is not None}  # fmt: skip
+        first = half | {f"{key}_right": value for key, value in tapered.items()}
+
+        def make() -> str:
+            text = with_copy(self.text, path, half | tapered)
+            return with_values(text, {f"{path}.{key}": value for key, value in first.items()})
+
+        self._edit(make, path, "split")
+        return f"{above}.{int(number) + 1}"
+
+    def keep(self) -> None:
+        """Keep the text as design A."""
+        self.kept = self.text
+        self.revision += 1
+
+    def swap(self) -> None:
+        """Exchange the text with that of design A, as one edit."""
+        if self.kept and self.kept != self.text:
+            kept, self.kept = self.kept, self.text
+            self.replace(kept)
+
+    def _copy(self, path: str, place: Callable[[Machine, Mapping[str, Any]], dict[str, str]]) -> str:
         table, machine = _at(self.tables, path), self._drawn()
         above, _, number = path.rpartition(".")
         if not isinstance(table, Mapping) or not isinstance(_at(self.tables, above), list):
@@ -98,7 +136,7 @@ class Design:
             raise RefusedError(f"{path[:80]}: {way}", argument=path, value=path)
         changes: dict[str, Any] = {}
         if "position" in table:
-            changes = _moved(machine, path, table)
+            changes |= place(machine, table)
         if "name" in table:
             changes["name"] = _free_name(str(table["name"]), _at(self.tables, above))
         self._edit(lambda: with_copy(self.text, path, changes), path, "copy")
@@ -302,11 +340,24 @@ def _number(text: str) -> int | float | None:
     return None
 
 
-def _moved(machine: Machine, path: str, table: Mapping[str, Any]) -> dict[str, str]:
-    """Place of the copy of a part, 5 % of the shaft to the right, or to the left where the shaft ends before."""
+def _part(machine: Machine, path: str) -> Any:
     part: Any = machine
     for key in path.split("."):
         part = part[int(key)] if key.isdecimal() else part[key] if isinstance(part, Mapping) else getattr(part, key)
+    return part
+
+
+def _mirrored(machine: Machine, path: str, table: Mapping[str, Any]) -> dict[str, str]:
+    """Place of a part's mirror image; that of a layer, which reaches from its place to the right, is its left end."""
+    part, ends = _part(machine, path), machine.shaft.start + machine.shaft.end
+    long = part.length if path.startswith("shaft.layers") else 0.0
+    names = [name for name in ("position", "seat") if name in table]
+    return {name: show(float(f"{ends - getattr(part, name) - long:.9g}"), "m") for name in names}
+
+
+def _moved(machine: Machine, path: str, table: Mapping[str, Any]) -> dict[str, str]:
+    """Place of the copy of a part, 5 % of the shaft to the right, or to the left where the shaft ends before."""
+    part = _part(machine, path)
     step = SHIFT * machine.shaft.length
     step = step if part.position + step <= machine.shaft.end else -step
     names = [name for name in ("position", "seat") if name in table]

@@ -15,13 +15,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rotorsim.analysis import campbell, design_review, mode_shapes, static_deflection, unbalance_response
+from rotorsim.analysis import (
+    campbell,
+    design_review,
+    mode_shapes,
+    random_machines,
+    reserve_slopes,
+    static_deflection,
+    unbalance_response,
+)
 from rotorsim.analysis.campbell import modes_line, searched_line, top_speed
 from rotorsim.analysis.design_review import AROUND, MET, MISSED, OPEN, DesignReview, deflected_line
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
-from rotorsim.machine.schema import Machine
+from rotorsim.desk.design import _at
+from rotorsim.machine.file_text import parse
+from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.report.design import SIGNS, answered, asked, tables
 from rotorsim.report.linear import criticals, distinct, peaks, warned
@@ -30,6 +40,7 @@ from rotorsim.report.page import cells
 if TYPE_CHECKING:
     import xarray as xr
 
+    from rotorsim.analysis import RandomResult
     from rotorsim.plant.linearise import LinearPlant
 
 STEPS = 20
@@ -42,6 +53,22 @@ COLOURS = 6
 """Branches with a colour of their own."""
 DRAWN = 4
 """Mode shapes."""
+NEAREST = 8
+"""Requirements whose slopes are shown."""
+LEAST_SLOPE = 1e-3
+"""Slope below which a value does not move a requirement."""
+LARGEST = 3
+"""Values that are shown to move a requirement."""
+SCATTERED = ("criticals",)
+"""Quantities of random machines."""
+MACHINES = 60
+"""Random machines within the tolerance."""
+VALUES = re.compile(
+    r"bearings\.\d+\.(kxx|kyy|cxx|cyy|clearance|length)|discs\.\d+\.mass|shaft\.sections\.\d+\.outer_diameter"
+)
+"""Values that are changed to see what moves a design, and that have the tolerance."""
+MOST_VALUES = 24
+"""Values of a machine, at most, that are changed."""
 DIGITS = 7
 """Digits of a value in a curve."""
 LAST = {MISSED: -inf, OPEN: inf, MET: inf}
@@ -50,8 +77,11 @@ DECREMENTS = (-1.0, 2.0)
 """Farthest ends of the axis of logarithmic decrements."""
 SUPPLY = 0.5 * MPA
 """Gauge supply pressure [Pa] at first."""
-FIELDS = {"top": ("answers up to", "rpm"), "speed": ("modes at", "rpm"), "supply": ("supply", "MPa gauge")}
+FIELDS = {"top": ("answers up to", "rpm"), "speed": ("modes at", "rpm"), "supply": ("supply", "MPa gauge"),
+          "tolerance": ("tolerance", "%")}  # fmt: skip
 """Words and unit of the page's field of each value of an operating point."""
+POSITIVE = ("top", "tolerance")
+"""Those that are above 0."""
 NUMBER = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*", re.ASCII | re.IGNORECASE)
 """A number that may be typed there."""
 HIGHEST = 1e7
@@ -60,7 +90,7 @@ HIGHEST = 1e7
 
 @dataclass(frozen=True)
 class DeskPoint:
-    """Speed [rpm] up to which answers reach, that of the mode shapes, and gauge supply pressure [MPa].
+    """Speed [rpm] up to which answers reach, that of the mode shapes, gauge supply pressure [MPa], tolerance [%].
 
     None is the machine's own: `top_speed` of its analyses, for both speeds.
 
@@ -74,6 +104,7 @@ class DeskPoint:
     top: float | None = None
     speed: float | None = None
     supply: float = SUPPLY / MPA
+    tolerance: float = 5.0
 
 
 class RememberingPlant(Plant):
@@ -156,6 +187,24 @@ class DesignCase:
         return static_deflection(self.plant)
 
     @cached_property
+    def values(self) -> list[str]:
+        """Paths of the values that are changed: those that the machine states."""
+        known = [path for path, value, _, _ in leaves(self.machine) if value and VALUES.fullmatch(path)]
+        tables = parse(self.machine.text)
+        return [path for path in known if _at(tables, path) is not None][:MOST_VALUES]
+
+    @cached_property
+    def slopes(self) -> xr.Dataset:
+        """Slopes of the reserves."""
+        return reserve_slopes(self.plant, self.values, self.pressure)
+
+    @cached_property
+    def scatter(self) -> RandomResult:
+        """Random machines."""
+        vary = [f"{path}=+- {self.point.tolerance:g} %" for path in self.values]
+        return random_machines(self.plant, vary, MACHINES, SCATTERED, pressure=self.pressure, highest=self.top * RPM)
+
+    @cached_property
     def review(self) -> DesignReview:
         """Design review at the machine's own operating speed."""
         return design_review(self.plant, pressure=self.pressure)
@@ -168,11 +217,18 @@ TITLES: dict[str, str] = {}
 """Titles of the panels by name."""
 
 
-def panel(name: str, title: str) -> Callable[[Callable[[DesignCase], Plain]], Callable[[DesignCase], Plain]]:
+SLOW: list[str] = []
+"""Panels that need many computations, by name."""
+
+
+def panel(
+    name: str, title: str, slow: bool = False
+) -> Callable[[Callable[[DesignCase], Plain]], Callable[[DesignCase], Plain]]:
     """Decorator: register the maker of a panel."""
 
     def register(make: Callable[[DesignCase], Plain]) -> Callable[[DesignCase], Plain]:
         PANELS[name], TITLES[name] = make, title
+        SLOW.extend([name] if slow else [])
         return make
 
     return register
@@ -250,6 +306,8 @@ def _modes(case: DesignCase) -> Plain:
     return {
         "x": {"label": "position along the shaft [mm]", "range": [float(z[0]), float(z[-1])]},
         "y": {"label": "deflected line", "range": [-1.1, 1.1]}, "curves": curves,
+        "shapes": {"z": _plain(z), "radius": _plain(found["radius"].values * 1e3),
+                   "lines": [[[_plain(part) for part in (x.real, x.imag)] for x in one.T] for one in shape]},
         "heads": ["mode", "frequency [Hz]", "damping ratio", "whirl"], "rows": [cells(row) for row in rows],
         "notes": [f"At {case.speed:g} rpm."],
     }  # fmt: skip
@@ -330,6 +388,34 @@ def _films(case: DesignCase) -> Plain:
     }  # fmt: skip
 
 
+@panel("slopes", "What moves the limits", slow=True)
+def _slopes(case: DesignCase) -> Plain:
+    found, rows = case.slopes.sortby("reserve").isel(check=slice(NEAREST)), []
+    for k, name in enumerate(found["check"].values.tolist()):
+        slope = found["slope"].values[k]
+        order = np.argsort(-np.abs(np.nan_to_num(slope)))[:LARGEST]
+        movers = [f"{case.values[i]} {slope[i]:+.3g}" for i in order if abs(slope[i]) >= LEAST_SLOPE]
+        rows.append((name, f"{100 * float(found['reserve'].values[k]):+.0f} %", "; ".join(movers) or "-"))
+    return {
+        "heads": ["requirement", "reserve", "points of reserve for 1 % more of"], "rows": [cells(row) for row in rows],
+        "notes": ["Each value is changed alone; the nearest limit comes first."],
+    }  # fmt: skip
+
+
+@panel("scatter", "Within the tolerance", slow=True)
+def _scatter(case: DesignCase) -> Plain:
+    found, rows = case.scatter, []
+    for one in found.quantities:
+        d, (shares, _) = found.distribution(one.name), found.shares(one.name)
+        rows.append((one.heading, d["nominal"], d["5 %"], d["95 %"], max(shares, key=lambda path: shares[path])))
+    return {
+        "heads": ["quantity", "nominal", "5 % are below", "5 % are above", "most scatter by"],
+        "rows": [cells(row) for row in rows],
+        "notes": [f"{MACHINES} random machines; diameters, masses, stiffness, damping and clearances vary by up to "
+                  f"{case.point.tolerance:g} %, each by itself."],
+    }  # fmt: skip
+
+
 def _curve(name: str, x: np.ndarray, y: np.ndarray, colour: int, dash: bool = False, marks: str = "") -> Plain:
     """A curve; `colour` is a number in the palette, -1 the ink; `marks` a letter for each point: f, b or nothing."""
     return {"name": name, "x": _plain(x), "y": _plain(y), "colour": colour, "dash": dash, "marks": marks}
@@ -365,6 +451,11 @@ def as_python(case: DesignCase, machine: str) -> str:
         f"modes = rs.analysis.mode_shapes(plant, {case.speed!r} * RPM, {case.pressure!r})\n"
         "static = rs.analysis.static_deflection(plant)\n"
         f"review = rs.analysis.design_review(plant, pressure={case.pressure!r})\n"
+        f"values = {case.values!r}\n"
+        f"slopes = rs.analysis.reserve_slopes(plant, values, {case.pressure!r})\n"
+        f"vary = [f'{{path}}=+- {case.point.tolerance:g} %' for path in values]\n"
+        f"scatter = rs.analysis.random_machines(plant, vary, {MACHINES}, {SCATTERED!r}, pressure={case.pressure!r}, "
+        f"highest={case.top!r} * RPM)\n"
     )
 
 
@@ -388,8 +479,8 @@ def point_of(values: Mapping[str, Any]) -> DeskPoint:
         if typed is None or typed == "":
             continue
         number = float(typed) if NUMBER.fullmatch(str(typed)) else -1.0
-        if not (0 < number < HIGHEST or (number == 0 and name != "top")):
-            limit = "above 0" if name == "top" else "from 0 on"
+        if not (0 < number < HIGHEST or (number == 0 and name not in POSITIVE)):
+            limit = "above 0" if name in POSITIVE else "from 0 on"
             raise DataError(
                 f"{words} {str(typed)[:40]!r}: give a number {limit}, in {unit}", argument=name, value=typed
             )

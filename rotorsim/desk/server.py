@@ -27,7 +27,7 @@ from rotorsim.base.errors import DataError, MachineFileError, RotorsimError
 from rotorsim.base.processes import Child, ProcessDiedError
 from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
 from rotorsim.desk.page import show_desk
-from rotorsim.desk.panels import PANELS, TITLES, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
+from rotorsim.desk.panels import PANELS, SLOW, TITLES, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.starts import STARTS, begin, free
 from rotorsim.live.serving import Announce, print_address, serve, with_page
@@ -39,6 +39,8 @@ from rotorsim.report.page import html
 
 NEAR = ("static",)
 """Panels that are answered in this process for machines with films too."""
+CALM = 1.5
+"""Time [s] without another question after which a slow panel is begun."""
 START = 120.0
 """Longest start [s] of a live rig."""
 
@@ -71,7 +73,8 @@ class DesignDesk:
             "problems": list(design.problems), "at": problem_fields(design), "view": view, "remark": self.remark,
             "unkept": design.unkept,
             "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.supplied,
-            "panels": [{"name": name, "title": title} for name, title in TITLES.items()],
+            "panels": [{"name": name, "title": title, "slow": name in SLOW} for name, title in TITLES.items()],
+            "kept": bool(design.kept),
         }  # fmt: skip
 
     def act(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -175,6 +178,10 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
     "open": _open,
     "set": _edit(lambda design, v: design.set(v.get("path", ""), v.get("text", ""), v.get("burst", ""))),
     "add": _edit(lambda design, v: design.add(v.get("kind", ""))),
+    "split": _edit(lambda design, v: design.split(v.get("path", ""))),
+    "mirror": _edit(lambda design, v: design.mirror(v.get("path", ""))),
+    "keep": _edit(lambda design, v: design.keep()),
+    "swap": _edit(lambda design, v: design.swap()),
     "copy": _edit(lambda design, v: design.copy(v.get("path", ""))),
     "delete": _edit(lambda design, v: design.delete(v.get("path", ""))),
     "undo": _edit(lambda design, v: design.undo()),
@@ -235,8 +242,10 @@ class PanelStream:
         self.wanted[window] = number, text, point
         self._end_unwanted()
         try:
-            for name in names:
-                far = bool(machine.films) and name not in NEAR
+            for name in sorted(names, key=SLOW.__contains__):
+                far = name in SLOW or (bool(machine.films) and name not in NEAR)
+                if name in SLOW:
+                    await asyncio.sleep(CALM)
                 found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
                 if found is None:
                     return

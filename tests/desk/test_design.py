@@ -260,3 +260,37 @@ def test_a_live_rig_that_says_nothing_is_ended(design, monkeypatch, tmp_path):
     with pytest.raises(MachineFileError):
         desk.run_up()
     assert desk.rigs[0].wait() < 0
+
+
+def test_a_section_is_split_into_halves_that_are_the_same_shaft(tmp_path):
+    design = open_design("plain_rotor", tmp_path)
+    design.set("shaft.sections.0.outer_diameter_right", "30 mm")
+    before = design.machine
+    assert design.split("shaft.sections.0") == "shaft.sections.1"
+    first, second = design.machine.shaft.sections
+    assert (first.outer, second.outer) == ((0.02, 0.025), (0.025, 0.03)) and first.length == second.length
+    assert design.machine.mass == pytest.approx(before.mass, rel=1e-12)
+    design.undo()
+    assert design.machine == before
+    with pytest.raises(RefusedError):
+        design.split("discs.0")
+
+
+def test_a_mirrored_part_lies_as_far_from_the_other_end(design):
+    design.set("discs.0.position", "100")
+    assert design.mirror("discs.0") == "discs.1"
+    assert [disc.position for disc in design.machine.discs] == pytest.approx([0.1, 0.5])
+
+
+def test_design_a_is_kept_and_changes_places_with_the_text_as_one_edit(design):
+    begun = design.text
+    design.swap()
+    assert design.text == begun and not design.before
+    design.keep()
+    design.set("discs.0.mass", "5")
+    design.swap()
+    assert design.text == begun and design.kept != begun
+    design.swap()
+    assert design.machine.discs[0].mass == 5
+    design.undo()
+    assert design.text == begun

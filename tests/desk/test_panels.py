@@ -9,11 +9,11 @@ import pytest
 
 import rotorsim as rs
 from rotorsim.analysis.design_review import MISSED
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.desk.panels import PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
 from rotorsim.desk.server import answer_of
 from rotorsim.machine import machine_text
-from rotorsim.report.design import answered
+from rotorsim.report.design import answered, tables
 from rotorsim.report.linear import criticals, peaks
 from rotorsim.report.page import cells
 
@@ -43,6 +43,12 @@ def test_the_script_in_python_gives_the_tables_of_the_panels(case):
     assert shown == [cells((float(f), float(z))) for f, z in modes][: len(shown)]
     loads = [row[1] for row in answer(case, "static")["rows"]]
     assert loads == [cells((float(load),))[0] for load in space["static"]["load"].values]
+    random = space["scatter"]
+    nominal = [cells((random.distribution(one.name)["nominal"],))[0] for one in random.quantities]
+    assert [row[1] for row in answer(case, "scatter")["rows"]] == nominal != []
+    known = dict(zip(space["slopes"]["check"].values.tolist(), space["slopes"]["reserve"].values, strict=True))
+    moved = answer(case, "slopes")["rows"]
+    assert [row[1] for row in moved] == [f"{100 * known[row[0]]:+.0f} %" for row in moved] != []
     found = {(row[0], row[2]) for row in answer(case, "limits")["rows"]}
     assert {(c.name, cells((answered(c),))[0]) for c in space["review"].checks} == found
 
@@ -113,3 +119,37 @@ def test_an_operating_point_refuses_what_is_no_number_from_zero_on(name, value):
     with pytest.raises(DataError) as error:
         point_of({name: value})
     assert (error.value.argument, error.value.value) == (name, value)
+
+
+SAMPLE = ("dtu_gas_bearing", "rigid_rotor_self_acting", "pump_on_tables")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SAMPLE)
+def test_panels_of_films_and_of_the_undamped_map_have_pythons_numbers(name):
+    case = DesignCase(rs.load_machine(name))
+    review = rs.analysis.design_review(rs.Plant(name), pressure=case.pressure)
+    found, undamped = answer(case, "films"), answer(case, "map")
+    assert found["rows"] == [cells(row) for row in tables(review)["films"].rows]
+    assert found["curves"][0]["y"] == pytest.approx(review.decrements.values.tolist(), rel=1e-6, nan_ok=True)
+    assert [one["y"] for one in undamped["curves"] if one["colour"] >= 0] == pytest.approx(
+        (review.undamped["wn"].values * 30 / np.pi).tolist(), rel=1e-6
+    )
+
+
+def test_slopes_of_the_permissible_unbalance_are_those_of_its_closed_form():
+    """U / (g m) with the mass m of shaft, as its diameter squared, and disc: slopes add up to it."""
+    plant = rs.Plant("plain_rotor")
+    found = rs.analysis.reserve_slopes(plant, ["discs.0.mass", "shaft.sections.0.outer_diameter"])
+    one = found.sel(check="Unbalance of the machine file, all planes, G 2.5")
+    disc, shaft = one["slope"].values
+    used = 1 - float(one["reserve"])
+    assert disc + shaft / 2 == pytest.approx(used, rel=3e-3)
+    assert disc / used == pytest.approx(plant.machine.discs[0].mass / plant.machine.mass, rel=3e-3)
+
+
+@pytest.mark.parametrize("path", ["bearings.0.kind", "name", "discs.7.mass", "bearings.0.position"])
+def test_slopes_refuse_what_is_no_number_above_zero(path):
+    with pytest.raises(MachineFileError) as error:
+        rs.analysis.reserve_slopes(rs.Plant("plain_rotor"), [path])
+    assert (error.value.argument, error.value.value) == ("paths", path)

@@ -11,13 +11,15 @@ def edits(rng, design, count):
     for number in range(count):
         parts = [part for group in listed(design) for part in group["parts"]]
         fields = [field for part in parts for field in part["fields"]]
-        kind = rng.choice(["set"] * 12 + ["add", "copy", "delete", "undo", "redo"])
+        kind = rng.choice(["set"] * 12 + ["add", "copy", "delete", "undo", "redo", "split", "mirror", "keep", "swap"])
         if kind == "set":
             field = fields[rng.integers(len(fields))]
             yield "set", {"path": field["path"], "text": _text(rng, field), "burst": str(number // 2)}
         elif kind == "add":
             yield "add", {"kind": str(rng.choice(list(NEW)))}
-        elif kind in ("copy", "delete"):
+        elif kind == "split":
+            yield "split", {"path": f"shaft.sections.{rng.integers(4)}"}
+        elif kind in ("copy", "delete", "mirror"):
             yield kind, {"path": str(rng.choice([part["path"] for part in parts if part["many"]]))}
         else:
             yield str(kind), {}

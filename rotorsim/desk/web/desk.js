@@ -1,5 +1,5 @@
 // The desk: what is typed goes to the server as one act after the other, answers come back panel by panel.
-import { Chart, layout, shade } from "rotorsim-desk";
+import { Chart, layout, Shape, shade } from "rotorsim-desk";
 import { theme } from "rotorsim-live";
 
 const WINDOW = Math.random().toString(36).slice(2);
@@ -31,10 +31,14 @@ export default {
     <button @click="act('redo')" :disabled="!state.redo" title="Ctrl+Y">Redo</button>
     <button @click="act('save')" :disabled="state.saved" title="Ctrl+S">Save</button>
     <button @click="saveAs">Save as…</button>
+    <button @click="keep" title="compare with the design as it is now">Keep as A</button>
+    <button v-if="state.kept" @click="act('swap')" title="edit A; the design that is here becomes A">Swap A and B</button>
+    <button v-if="kept" @click="forget">Forget A</button>
     <span class="desk-gap"></span>
     <label>up to <input class="desk-point" v-model="point.top" inputmode="decimal" aria-label="answers up to, rpm" placeholder="own" @input="asked" /> rpm</label>
     <label>modes at <input class="desk-point" v-model="point.speed" inputmode="decimal" aria-label="mode shapes at, rpm" placeholder="top" @input="asked" /> rpm</label>
     <label v-if="state.fed">supply <input class="desk-point" v-model="point.supply" inputmode="decimal" aria-label="supply pressure, MPa gauge" @input="asked" /> MPa</label>
+    <label>tolerance <input class="desk-slide" type="range" min="1" max="20" step="1" v-model="point.tolerance" aria-label="tolerance, percent" @change="asked" /> {{ point.tolerance }} %</label>
     <span class="desk-gap"></span>
     <button @click="scripts('python')">as Python</button>
     <button @click="scripts('commands')">as commands</button>
@@ -58,6 +62,8 @@ export default {
         <fieldset v-for="part in group.parts" :key="part.path" :class="{ 'desk-chosen': part.path === chosen }" :data-part="part.path" @focusin="chosen = part.path">
           <legend>{{ part.title }}</legend>
           <span class="desk-acts" v-if="part.many || part.path.startsWith('effects.')">
+            <button v-if="part.path.startsWith('shaft.sections')" @click="act('split', { path: part.path })" :aria-label="'split ' + part.title">split</button>
+            <button v-if="part.many && part.fields.some((one) => one.label === 'position')" @click="act('mirror', { path: part.path })" :aria-label="'mirror ' + part.title">mirror</button>
             <button v-if="part.many" @click="act('copy', { path: part.path })" :aria-label="'copy ' + part.title">copy</button>
             <button @click="act('delete', { path: part.path })" :aria-label="'delete ' + part.title">delete</button></span>
           <template v-for="field in shown(part)" :key="field.path">
@@ -89,15 +95,19 @@ export default {
       </svg><figcaption>To scale; lengths in mm. Drag a disc, bearing or probe, or click it to find its fields.</figcaption></figure>
       <p v-if="Object.values(hidden).some(Boolean)" class="desk-hiddens">Hidden: <button v-for="one in state.panels.filter((p) => hidden[p.name])" :key="one.name" @click="hide(one.name, false)">{{ one.title }}</button></p>
       <div class="desk-panels">
-        <figure v-for="one in state.panels.filter((p) => !hidden[p.name])" :key="one.name" :class="['desk-panel', { 'desk-large': large === one.name, 'desk-old': stale(one.name) }]" :data-panel="one.name" :data-revision="revisions[one.name]">
+        <figure v-for="one in state.panels.filter((p) => !hidden[p.name])" :key="one.name" :class="['desk-panel', { 'desk-large': large === one.name, 'desk-old': stale(one.name) }]" :data-panel="one.name" :data-slow="one.slow || null" :data-revision="revisions[one.name]">
           <figcaption><b>{{ one.title }}</b><span v-if="waiting[one.name]" class="desk-waiting" role="status">computing…</span>
             <button @click="enlarge(one.name)" :aria-label="(large === one.name ? 'shrink ' : 'enlarge ') + one.title">{{ large === one.name ? "⤡" : "⤢" }}</button>
             <button @click="hide(one.name, true)" :aria-label="'hide ' + one.title">×</button></figcaption>
           <p v-if="answers[one.name] && answers[one.name].error" class="desk-sentence" role="alert">{{ answers[one.name].error }}</p>
           <canvas v-show="drawing(one.name)" :ref="(el) => hold(one.name, el)" role="img" :aria-label="one.title" @mousemove="cursor(one.name, $event.offsetX)" @mouseleave="cursor(one.name, null)"></canvas>
-          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="before[one.name]"><i class="desk-ghost"></i>design before</span></p>
-          <template v-if="answers[one.name]"><div class="desk-table" v-if="answers[one.name].rows && answers[one.name].rows.length"><table :data-table="one.name"><thead><tr><th v-for="head in answers[one.name].heads" :key="head" scope="col">{{ head }}</th></tr></thead>
+          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="ghost(one.name)"><i class="desk-ghost"></i>{{ kept ? "design A" : "design before" }}</span></p>
+          <canvas v-if="one.name === 'modes'" v-show="answers.modes?.shapes" class="desk-shape" ref="shape" role="img" aria-label="shaft in the mode that is chosen, moving; drag to turn it" @pointerdown="turn($event)"></canvas>
+          <p v-if="answers[one.name]?.shapes" class="desk-legend"><button v-for="(row, k) in answers[one.name].rows" :key="k" :aria-pressed="mode === k" @click="mode = k">mode {{ k + 1 }}</button><button :aria-pressed="moving" @click="moving = !moving">{{ moving ? "stop" : "move" }}</button></p>
+          <template v-if="answers[one.name]"><div class="desk-sides"><div class="desk-table" v-if="answers[one.name].rows && answers[one.name].rows.length"><table :data-table="one.name"><thead><tr><th v-for="head in answers[one.name].heads" :key="head" scope="col">{{ head }}</th></tr></thead>
             <tbody><tr v-for="(row, k) in answers[one.name].rows" :key="k" :class="verdict(row)"><td v-for="(cell, i) in row" :key="i">{{ cell }}</td></tr></tbody></table></div>
+            <div class="desk-table" v-if="kept && kept[one.name]?.rows?.length"><table :data-kept="one.name"><thead><tr><th :colspan="kept[one.name].heads.length">design A</th></tr></thead>
+            <tbody><tr v-for="(row, k) in kept[one.name].rows" :key="k" :class="verdict(row)"><td v-for="(cell, i) in row" :key="i">{{ cell }}</td></tr></tbody></table></div></div>
           <p v-for="note in answers[one.name].notes" :key="note" class="desk-note">{{ note }}</p></template>
         </figure>
       </div>
@@ -105,9 +115,9 @@ export default {
   </div>
   </template></div>`,
   data: () => ({
-    state: null, answers: {}, before: {}, revisions: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5" },
+    state: null, answers: {}, before: {}, revisions: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5", tolerance: "5" },
     opened: {}, more: {}, hidden: stored(), large: "", chosen: "", sentence: "", conflict: false, script: "", rig: "", over: "",
-    pointWrong: "", starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
+    pointWrong: "", kept: null, mode: 0, moving: !window.matchMedia("(prefers-reduced-motion: reduce)").matches, starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
   }),
   computed: {
     drawn() {
@@ -134,9 +144,11 @@ export default {
     window.deskTimes = [];
     this.take(await (await fetch("desk")).json());
     this.timer = setInterval(() => this.look(), LOOK);
+    this.shape = new Shape(() => this.drawShape());
   },
   unmounted() {
     clearInterval(this.timer);
+    this.shape.end();
     window.removeEventListener("keydown", this.keys);
     for (const one of [this.watch, this.sizes, this.theme]) one.disconnect();
   },
@@ -241,7 +253,7 @@ export default {
       this.waiting[panel] = false;
       this.$nextTick(() => {
         this.paint(panel);
-        const names = this.state.panels.map((one) => one.name).filter((name) => !this.hidden[name]);
+        const names = this.state.panels.filter((one) => !this.hidden[one.name] && !one.slow).map((one) => one.name);
         window.deskTimes.push({ panel, revision, typed: this.typedAt, drawn: performance.now(), all: names.every((name) => this.revisions[name] === this.state.revision) });
       });
     },
@@ -311,6 +323,29 @@ export default {
       event.preventDefault();
       this.act(name);
     },
+    // A is what all panels show when it is kept; slow ones that come later are not of it.
+    keep() {
+      this.kept = { ...this.answers };
+      this.act("keep");
+      this.redraw();
+    },
+    forget() {
+      this.kept = null;
+      this.redraw();
+    },
+    ghost(name) {
+      return (this.kept || this.before)[name];
+    },
+    drawShape() {
+      const shapes = this.answers.modes?.shapes, canvas = [this.$refs.shape].flat()[0];
+      if (shapes && canvas && this.seen.has("modes")) this.shape.draw(canvas, shapes, Math.min(this.mode, shapes.lines.length - 1), this.moving);
+    },
+    turn(event) {
+      const canvas = event.target, move = (now) => this.shape.turn(now.movementX, now.movementY);
+      canvas.setPointerCapture(event.pointerId);
+      canvas.addEventListener("pointermove", move);
+      canvas.addEventListener("pointerup", () => canvas.removeEventListener("pointermove", move), { once: true });
+    },
     saveAs() {
       const name = window.prompt("Name of the file", this.state.name);
       if (name) this.act("save", { name });
@@ -364,7 +399,7 @@ export default {
       this.charts[name]?.again(x);
     },
     paint(name) {
-      this.charts[name]?.draw(this.answers[name], this.before[name]);
+      this.charts[name]?.draw(this.answers[name], this.ghost(name));
     },
     redraw() {
       for (const name of Object.keys(this.charts)) this.paint(name);
