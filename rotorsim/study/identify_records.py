@@ -32,7 +32,7 @@ QUIET = ("steady",)
 ORDER = 6
 """Default order of a black-box model."""
 COMPARED = 8
-"""Order of the black-box model whose fit stands beside that of a grey box."""
+"""Order of the black-box model with which a grey box is compared."""
 HELD = ("validation", "hold_out", "centre", "extra", "extra_second")
 """Roles of records that no surface is fitted to."""
 COUNTED = ("identification", "centre", "extra")

@@ -9,8 +9,8 @@ from scipy.linalg import expm
 import identification as idn
 from identification.local.blackbox import FullStateSpace
 from identification.local.fits import subspace_fit
-from identification.local.identify import fit_signals
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
+from identification.local.identify import fit_signals
 from identification.local.least_squares import FitProblem, GreyBox, Predictor
 from identification.local.simulation import exponential, sampled
 from model3 import TRUTH, TS, model, prbs, record
