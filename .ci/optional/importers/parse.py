@@ -1,4 +1,4 @@
-"""Syntax of the docs' examples in other languages, by the parsers that pip brings; ends with 1 where one has a fault."""
+"""Syntax of the docs' examples in other languages, by parsers that pip brings; ends with 1 where one has a fault."""
 
 import sys
 from pathlib import Path
