@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from identification.local.fits import FREE
+from identification.local.fits import FREE, subspace_fit
 from identification.local.identify import fit_signals, identify
 from identification.local.models import LinearModel
 from identification.local.result import Identification, noted
@@ -160,15 +161,25 @@ class SourceResult:
     source: Source
     result: Identification | None
     error: str = ""
+    black_box_fit: np.ndarray | None = None
+    """Fit (2,) of a black-box model to the same signals, where one was asked for and the record is long enough."""
 
 
-def identify_source(source: Source, mapping: Any = None, **options: Any) -> SourceResult:
-    """Local model of one file, with the options of `identify`, or the sentence why there is none."""
+def identify_source(source: Source, mapping: Any = None, compared: int = 0, **options: Any) -> SourceResult:
+    """Local model of one file, with the options of `identify`, or the sentence why there is none.
+
+    A grey-box model is `compared` with a black box of that order, of 0 with none.
+    """
     try:
         record, steady = open_pair(source, mapping)
-        return SourceResult(source, identify(record, steady=steady, **options))
+        found = SourceResult(source, identify(record, steady=steady, **options))
     except SchemaError as error:
         return SourceResult(source, None, f"{source.path}: {error}")
+    if compared and found.result is not None and found.result.kind not in ("actuator", "blackbox"):
+        with suppress(UnfitError):
+            signals = fit_signals(record, steady, options.get("settings"))
+            return replace(found, black_box_fit=subspace_fit(signals, compared))
+    return found
 
 
 @one_thread()
@@ -201,6 +212,7 @@ def identify_sources(
     workers: int = 2,
     progress: Callable[[SourceResult], None] | None = None,
     dead_time: float | str = FREE,
+    compared: int = 0,
 ) -> tuple[LinearModel | LpvModel, list[SourceResult]]:
     """One model of many records: linear for one operating point, parameter-varying for several; with what each gave.
 
@@ -211,11 +223,14 @@ def identify_sources(
     Raises UnfitError if no record gives a model, or there is none.
     """
     options: dict[str, Any] = {"model": model, "order": order, "method": method, "settings": settings}
-    found = identify_all(sources, mapping, workers, progress, dead_time=dead_time, **options)
+    found = identify_all(sources, mapping, workers, progress, dead_time=dead_time, compared=compared, **options)
     if dead_time == FREE and len({one.result.kind for one in found if one.result is not None}) > 1:
         dead_time, text = 0.0, "other records show no dead time: identified without"
-        found = identify_all(sources, mapping, workers, dead_time=dead_time, **options)
-        found = [one if one.result is None else replace(one, result=noted(one.result, text)) for one in found]
+        plain = identify_all(sources, mapping, workers, dead_time=dead_time, **options)
+        found = [
+            new if new.result is None else replace(one, result=noted(new.result, text))
+            for one, new in zip(found, plain, strict=True)
+        ]
     good = [(one.source, one.result) for one in found if one.result is not None]
     if not good:
         raise UnfitError(found[0].error if found else NO_EXCITATION)

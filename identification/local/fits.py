@@ -384,23 +384,43 @@ def result_of(
     )  # fmt: skip
 
 
+def _subspace(signals: Signals, order: int) -> tuple[np.ndarray, float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Outputs without regressors, their size, and A, B, C for outputs of size 1: such fits are well conditioned."""
+    y = project(signals.y, signals.Q)
+    scale, at = float(np.std(y)), longest_part(signals)
+    return y, scale, subspace(signals.u[at], y[at] / scale, order)
+
+
+def subspace_fit(signals: Signals, order: int) -> np.ndarray:
+    """Fit (2,) of the black-box model that the subspace method finds, with which a grey box is compared.
+
+    Raises UnfitError for a record too short for it.
+    """
+    _, scale, (A, B, C) = _subspace(signals, order)
+    return fit_of(LinearModel(A, B, C * scale, np.zeros((2, 2)), signals.Ts), signals)
+
+
 REDUNDANT = 1e-6
-"""Relative improvement at which a black-box fit ends: further steps go along directions that the data hardly show."""
+"""Least relative improvement at which a black-box fit ends."""
+NOISE_SHARE = 0.1
+"""Improvement at which a black-box fit ends, over the one that noise alone gives its free directions."""
 
 
 def black_box(signals: Signals, order: int, method: str) -> Identification:
-    """A black-box model of an order, from the subspace method on."""
-    y = project(signals.y, signals.Q)
-    full = FullStateSpace(order, 2, 2)
-    scale = float(np.std(y))  # matrices of like size make the redundant fit well conditioned
-    at = longest_part(signals)
-    A, B, C = balanced(*subspace(signals.u[at], y[at] / scale, order))
+    """A black-box model of an order, from the subspace method on.
+
+    Its 4 `order` free directions take 4 `order` of the y.size variances of noise out of the cost, wherever they end: a
+    step that promises a tenth of that moves the parameters by a third of their uncertainty.
+    """
+    full, (y, scale, start) = FullStateSpace(order, 2, 2), _subspace(signals, order)
+    A, B, C = balanced(*start)
     problem = FitProblem(full, np.ascontiguousarray(signals.u), y / scale, signals.Q, breaks=signals.breaks)
     if (acted := acted_of(signals)) is not None:
         problem = replace(problem, judge=replace(problem, w=acted.u))
-    fitted = solve(problem, full.pack(A, B, C), tolerance=REDUNDANT)
+    tolerance = max(REDUNDANT, NOISE_SHARE * 4 * order / y.size)
+    fitted = solve(problem, full.pack(A, B, C), tolerance=tolerance)
     if method == "pem":
-        problem, fitted = predicted(problem, fitted, REDUNDANT)
+        problem, fitted = predicted(problem, fitted, tolerance)
     q = order * (order + 4)
     theta = fitted.theta[:q]
     covariance = covariance_of(problem, fitted, q, signals.Ts)

@@ -112,7 +112,17 @@ def _print_models(found: list[SourceResult], made: Any, out: Path, as_json: bool
         options.print_json({"model": str(out), "kind": type(made).__name__, "records": rows})
         return
     console = options.Console()
-    heads = (Column("record", no_wrap=True), "rpm", "MPa", "fit %", "ceiling %", "Hz", "zeta", "delay ms")
+    heads = (
+        Column("record", no_wrap=True),
+        "rpm",
+        "MPa",
+        "fit %",
+        "black box %",
+        "ceiling %",
+        "Hz",
+        "zeta",
+        "delay ms",
+    )
     options.print_rows(heads, [_cells(row) for row in rows if "error" not in row])
     if len(found) == 1 and found[0].result is not None:  # its report has its warnings
         console.print(found[0].result.report(), soft_wrap=True)
@@ -131,7 +141,8 @@ def _row(one: SourceResult, name: str) -> dict[str, Any]:
     r = one.result
     numbers = {"speed": r.speed, "pressure": r.pressure, "fit": r.fit, "ceiling": r.ceiling, "wn": r.wn,
                "zeta": r.zeta, "delay": r.delay, "static_gain": r.static_gain, "parameters": r.parameters,
-               "noise_free_fit": r.noise_free_fit, "seconds": r.seconds, "dead_time": r.dead_time,
+               "black_box_fit": one.black_box_fit, "noise_free_fit": r.noise_free_fit, "seconds": r.seconds,
+               "dead_time": r.dead_time,
                "intervals": [asdict(one) | {"low": one.low, "high": one.high} for one in r.intervals]}  # fmt: skip
     return {"record": name, "warnings": list(r.warnings), "notes": list(r.notes)} | {
         key: plain(value) for key, value in numbers.items()
@@ -144,7 +155,8 @@ def _cells(row: dict[str, Any]) -> list[str]:
 
     return [
         row["record"], several([row["speed"]], ".0f", 9.549297), several([row["pressure"]], ".3f", 1e-6),
-        several(row["fit"], ".1f", 100), several(row["ceiling"], ".1f", 100), several(row["wn"], ".2f", 0.1591549),
+        several(row["fit"], ".1f", 100), several(row["black_box_fit"] or (), ".1f", 100),
+        several(row["ceiling"], ".1f", 100), several(row["wn"], ".2f", 0.1591549),
         several(row["zeta"], ".4f", 1), several(row["delay"], ".3f", 1e3),
     ]  # fmt: skip
 

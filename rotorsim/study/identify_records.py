@@ -31,6 +31,8 @@ EXCITING = ("prbs", "chirp", "multisine")
 QUIET = ("steady",)
 ORDER = 6
 """Default order of a black-box model."""
+COMPARED = 8
+"""Order of the black-box model with which a grey box is compared."""
 HELD = ("validation", "hold_out", "centre", "extra", "extra_second")
 """Roles of records that no surface is fitted to."""
 COUNTED = ("identification", "centre", "extra")
@@ -191,7 +193,7 @@ def identify_records(
         raise UnfitError(f"{paths[0]}: {NO_EXCITATION}")
     shown = progress(len(sources)) if progress is not None else None
     return identify_sources(
-        sources, model, order, method, settings, mapping, surfaces, refine, HELD, workers, shown, dead_time
+        sources, model, order, method, settings, mapping, surfaces, refine, HELD, workers, shown, dead_time, COMPARED
     )
 
 

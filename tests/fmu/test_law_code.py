@@ -10,7 +10,7 @@ import pytest
 from law_models import RATED, TABLE, faulty_inputs, plausible_law, scheduled_law
 
 from code_blocks import blocks
-from fmu.export import export_code, law_unit
+from fmu.export import export_code, law_unit, named
 from fmu.law_code import write_law
 from identification.local.greybox import STRUCTURES
 from identification.local.models import LinearModel
@@ -239,3 +239,14 @@ def test_a_precision_that_a_law_cannot_have_is_refused(tmp_path, law, precision)
         export_code(law_unit(law), tmp_path / "law", precision)
     assert (refused.value.argument, refused.value.value) == ("precision", precision)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_c_of_the_example_for_a_dspace_board_compiles_with_the_law(tmp_path):
+    script = (Path(__file__).parents[2] / "docs" / "examples" / "law_on_dspace.m").read_text()
+    files = re.split(r"fopen\('(\w+\.[ch])', 'w'\)", script)[1:]
+    assert files[::2] == ["hinf_block.h", "hinf_block.c"]
+    for name, text in zip(files[::2], files[1::2], strict=True):
+        lines = re.findall(r"fprintf\(fid, '(.*)'\);", text)
+        (tmp_path / name).write_text("".join(lines).replace("\\n", "\n"))
+    export_code(named(law_unit(plausible_law()), "hinf_law"), tmp_path / "hinf")
+    subprocess.run(["gcc", *STRICT, "-c", "hinf.c", "hinf_block.c"], cwd=tmp_path, check=True)

@@ -12,10 +12,11 @@ from law_models import scheduled_law
 from lpv_models import make_lpv
 
 from fmu.check import findings
-from fmu.export import choose, export, host
+from fmu.export import choose, export, fmi_headers, host
 from fmu.importer import ImportedUnit, info
 from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import identifier
+from rotorsim.plant.kernels.layout import AT
 
 STRICT = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter"]
 """A unit has every function of the standard, also those whose parameters it does not need."""
@@ -183,3 +184,26 @@ def test_the_sources_of_a_plant_have_its_bits_on_every_processor(plant, model, t
     found = np.array([line.split(",") for line in done.stdout.splitlines()], float)
     np.testing.assert_array_equal(found, wanted)
     assert findings(file) == []
+
+
+def test_the_host_in_c_of_the_docs_plays_the_run_of_python(gcc, files, model, tmp_path):
+    source, headers = Path(__file__).parents[2] / "docs" / "examples" / "fmu_host.c", fmi_headers()
+    subprocess.run(
+        [gcc, "-std=c99", *STRICT, f"-I{headers}", source, "-o", tmp_path / "host", "-ldl", "-lm"], check=True
+    )
+    with zipfile.ZipFile(files[3]) as archive:
+        archive.extractall(tmp_path)
+    [library] = tmp_path.glob("binaries/*/*.so")
+    command = [tmp_path / "host", library, tmp_path / "modelDescription.xml", "0.02"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    rows = np.loadtxt(done.stdout.splitlines(), delimiter=",", skiprows=1)
+    n, force = 100, np.zeros((100, 2))
+    force[n // 2, 0] = 20.0
+    speeds = 300.0 + 50.0 * 2e-4 * (np.arange(n) + 1)
+    run = model.plant.start(300.0, model.pressure)
+    inputs = np.column_stack([speeds, np.full(n, model.pressure), np.zeros((n, 2)), force])
+    table = run.advance(inputs)
+    for name, column in (("disc_x", 1), ("disc_y", 2), ("speed", 3)):
+        assert table[:, AT[name]].tobytes() == rows[:-1, column].tobytes(), name
+    wrong = subprocess.run([*command[:2], source, "0.02"], capture_output=True, text=True)
+    assert wrong.returncode == 1 and "cannot be read" in wrong.stderr

@@ -8,7 +8,9 @@ from scipy.linalg import expm
 
 import identification as idn
 from identification.local.blackbox import FullStateSpace
+from identification.local.fits import subspace_fit
 from identification.local.greybox import STRUCTURES, actuator_poles, modes
+from identification.local.identify import fit_signals
 from identification.local.least_squares import FitProblem, GreyBox, Predictor
 from identification.local.simulation import exponential, sampled
 from model3 import TRUTH, TS, model, prbs, record
@@ -203,6 +205,20 @@ def test_a_black_box_of_order_6_has_the_frequency_response_of_the_truth():
     wanted = model().discrete(TS).transfer(omega)
     assert np.linalg.norm(found.model.transfer(omega) - wanted) < 0.01 * np.linalg.norm(wanted)
     np.testing.assert_allclose(found.wn[:2], modes(TRUTH)[0], rtol=2e-3)
+
+
+def test_a_black_box_of_more_states_than_the_truth_stops_where_steps_promise_less_than_noise():
+    data = record(7)
+    large, true = idn.identify(data, "blackbox", 10), idn.identify(data, "blackbox", 6)
+    assert large.converged and large.iterations <= 25
+    assert np.all(large.fit > true.fit - 2e-4)
+
+
+def test_the_fit_of_the_subspace_method_is_close_to_that_of_the_refined_black_box():
+    data = record(9, seconds=4.0)
+    quick, refined = subspace_fit(fit_signals(data), 8), idn.identify(data, "blackbox", 8)
+    assert np.all(np.abs(quick - refined.fit) < 5e-3)
+    assert np.all(quick > idn.identify(data, 1).fit + 0.01)  # Model 1 has no lag
 
 
 def test_the_frequency_response_estimate_comes_close_to_the_truth_where_it_is_coherent():
