@@ -7,8 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from scipy.signal import ShortTimeFFT, find_peaks, lfilter
 from scipy.signal.windows import hann
 
