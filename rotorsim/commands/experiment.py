@@ -286,12 +286,12 @@ def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experime
     from rotorsim.report.units import unit_system
     from rotorsim.signals.record_blocks import open_record
 
-    if experiment.swept and outcome.error is None:
-        with open_record(path) as data:
-            text = passed_too_fast(plant, data, experiment.initial()[1])
-        if text:
-            add_attribute(path, FAST, text)
-    with open_record(path) as data:
+    data = open_record(path)
+    if experiment.swept and outcome.error is None and (text := passed_too_fast(plant, data, experiment.initial()[1])):
+        data.close()
+        add_attribute(path, FAST, text)
+        data = open_record(path)
+    with data:
         summary = summarise_experiment(data)
         rows = result_rows(summary) + experiment.table(summary)
         rows += [("Beyond the checked range", text) for text in summary.get("beyond_checked_range", ())]
