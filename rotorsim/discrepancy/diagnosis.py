@@ -873,6 +873,10 @@ class DiagnosisRun:
         proven, V = self._measured(final, comparison, again)
         if best is None and self.place is not None:  # headline and tables state the same numbers
             self.large = self._large([(self.place, proven)], V)[0] or self.large
+            if verdict.status == "no_disagreement" and self.large:  # far only once it has converged
+                clear = self._clearly_off(self.place, proven)
+                verdict = replace(verdict, status="recalibrated" if clear else "unknown")
+                judgement = replace(judgement, reason="" if clear else UNCLEAR.format("; ".join(self.large)))
         # what is not written into the machine file must not have turned its calibration either
         written = self._measured(base, self.fitted, base) if verdict.status == "partial" else (proven, V)
         unknown: dict[str, Any] = {}

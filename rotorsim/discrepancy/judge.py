@@ -351,6 +351,8 @@ def judged(evidence: AllEvidence) -> Judgement:
         verdict = replace(verdict, status="recalibrated")
     worse = evidence.worse_alone if verdict.status in ("unknown", "partial") else ()
     notes = [*against, evidence.not_held if faint is None else "", evidence.late]
+    if verdict.status == "recalibrated" and not evidence.scatter_known:
+        notes.append(NO_ACCURACY)
     if verdict.best is not None and evidence.astray:
         notes.append(ASTRAY.format(" with ".join(verdict.best.keys), ", ".join(evidence.astray)))
     if worse and not any(WORSE.format(records=", ".join(names)) in notes for names in (evidence.worse, worse)):
@@ -379,6 +381,18 @@ def _faint_tie(evidence: AllEvidence, verdict: SearchVerdict, against: Sequence[
     open_still = bool(against) or verdict.status == "unknown"
     if not (evidence.faint and open_still and verdict.best is None) or evidence.growing:
         return None
+    if (
+        sum(
+            {
+                e.name: e.probability
+                for h in evidence.faint
+                for e in evidence.odds
+                if h.keys in (e.effects, *e.alike) and not e.beyond
+            }.values()
+        )
+        < LIKELY
+    ):
+        return None  # the odds do not bear it out
     best, *rivals = evidence.faint
     classes = tuple(class_of(key, set(evidence.known)) for key in best.keys)
     return replace(verdict, status="tie", best=best, rivals=tuple(rivals), classes=classes)
@@ -406,7 +420,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
         found += [evidence.not_held] if evidence.refuted else []
         if evidence.odds and nothing < LEAST_NOTHING:
             found.append(NOT_LIKELY.format(share=f"{100 * nothing:.0f} %", least=f"{100 * LEAST_NOTHING:.0f} %"))
-        found += [] if evidence.scatter_known else [NO_ACCURACY]
+        found += [] if evidence.scatter_known or evidence.large else [NO_ACCURACY]
         found += [evidence.late, evidence.growing, evidence.unclear, evidence.together if nothing < SURE else ""]
     return [one for one in found if one]
 

@@ -60,7 +60,7 @@ NOTHING_BEYOND = (
     "Unknown: nothing disagrees beyond the scatter within the records, but how exact they are is not stated."
 )
 UNDECIDED = (
-    "Unknown: {count} groups of lines are beyond the floor; that nothing is missing has {share}, less than the "
+    "Unknown: groups of lines beyond the floor: {count}; that nothing is missing has {share}, less than the "
     "{sure:.0f} % that it takes."
 )
 CONSTANT_FORCE = (

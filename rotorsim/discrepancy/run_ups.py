@@ -8,7 +8,7 @@ but its own turning. Its vectors are those of window after window of whole revol
 
 .. math:: d(t) = d_0 + d_1 t + \sum_n \Re\{A_n e^{i n \alpha(t)}\}
 
-by least squares over each window, all samples weighing the same, after the hum of the mains was taken out. Windows that
+by least squares over each window, weighted by Hann's, after the hum of the mains was taken out. Windows that
 do not continue the sweep (a speed held at the beginning or end, a dip) are left out, which a note states.
 
 Cites: bendat_2010.
@@ -415,12 +415,14 @@ def _without_hum(
 def order_vectors(angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int]) -> np.ndarray:
     """Complex amplitudes (orders, k) of displacements (n, k) over shaft angles (n,); the argument is minus the lag.
 
-    Fitted by least squares together with a mean and a slope.
+    Fitted by least squares together with a mean and a slope, the samples weighted by a Hann window: where an order
+    passes its resonance little of it counts as its neighbours, wherever on the shaft the window begins.
     """
+    root = np.sin(np.pi * (np.arange(len(angle)) + 0.5) / len(angle))[:, None]
     columns = [np.ones_like(angle), np.linspace(-1, 1, len(angle))]
     columns += [part(n * angle) for n in orders for part in (np.cos, np.sin)]
     # c cos(n a) + s sin(n a) = Re((c - i s) exp(i n a))
-    found = answer(np.linalg.lstsq, np.column_stack(columns), displacement, rcond=None)[0]
+    found = answer(np.linalg.lstsq, root * np.column_stack(columns), root * displacement, rcond=None)[0]
     return np.asarray(found[2::2] - 1j * found[3::2])
 
 

@@ -64,6 +64,8 @@ SURE = 0.95
 """Probability from which an explanation is settled."""
 MOST_LISTED = 6
 """Effects that a sentence lists at most."""
+LEAST_SHARE = 1e-12
+"""Least factor of the probability of an explanation by more points."""
 LEAST_SHOWN = 1e-3
 """Probability below which an explanation is not listed."""
 TEMPERATURE = 4.0
@@ -421,10 +423,18 @@ def with_more(
     """Odds with more points, at which the sum of squares is lower than that of nothing missing by these falls.
 
     It is that of nothing missing with an explanation that was not re-fitted, which hardly helps at the fitted points.
+    No effect gets more than `SURE` by them: the search gives it no name.
     """
     best = [max((falls.get(keys, 0.0) for keys in (e.effects, *e.alike)), default=0.0) for e in odds]
     p = np.array([e.probability for e in odds]) * np.exp(0.5 * (np.array(best) - max(best)) / temperature)
-    own = (replace(e, probability=float(x)) for e, x in zip(odds, p / p.sum(), strict=True))
+    p /= p.sum()
+    first = int(p.argmax())
+    if odds[first].effects and p[first] > (most := max(SURE, odds[first].probability)):
+        others = np.maximum(p, [LEAST_SHARE * e.probability for e in odds])
+        others[first] = 0.0
+        p = others * (1 - most) / max(others.sum(), 1e-300)
+        p[first] = 1 - p.sum()
+    own = (replace(e, probability=float(x)) for e, x in zip(odds, p, strict=True))
     return tuple(sorted(own, key=lambda e: (-e.probability, e.name)))
 
 

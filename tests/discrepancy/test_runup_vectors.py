@@ -7,7 +7,7 @@ from identification import make_record, read, save
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
 from rotorsim.discrepancy import runup_vectors
-from rotorsim.discrepancy.run_ups import make_sweeps
+from rotorsim.discrepancy.run_ups import make_sweeps, order_vectors
 
 RATE = 40.0
 
@@ -61,6 +61,17 @@ def test_a_slow_sweep_keeps_its_rows_and_a_rest_before_it_is_left_out():
     turns = angle[-1] / (2 * np.pi)
     assert len(table["speed"]) > turns - 3 and table["speed"].values[0] == pytest.approx(60.5, abs=1)
     assert table.attrs["rate"] == pytest.approx(12, rel=0.05)
+
+
+@pytest.mark.parametrize("begin", [0.0, 1.0, 2.5, 4.0])
+def test_an_order_that_passes_its_resonance_does_not_count_as_its_neighbour(begin):
+    """1X that doubles within eight turns: without a window 2X of it is some share of 1 / (8 pi), of a phase that
+    follows the angle at which the window begins; Hann's sidelobes at eight lines are less than a thousandth.
+    """
+    angle = begin + np.linspace(0, 16 * np.pi, 4000, endpoint=False)
+    growing = (1 + np.linspace(-1, 1, 4000) / 3) * np.cos(angle)
+    one, two = np.abs(order_vectors(angle, growing[:, None], (1, 2)))[:, 0]
+    assert one == pytest.approx(1.0, abs=1e-3) and two < 1e-3
 
 
 def test_up_and_down_gives_the_longer_sweep_and_says_so():

@@ -26,7 +26,7 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.records import make_trial
-from rotorsim.discrepancy.verdict import Explanation, SearchVerdict, joined_classes, with_more
+from rotorsim.discrepancy.verdict import SURE, Explanation, SearchVerdict, joined_classes, with_more
 from rotorsim.machine import load_machine
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
@@ -270,6 +270,7 @@ GOOD = odds(nothing=0.97, beyond=0.03)
         ({"large": ("a bearing is softer",)}, "recalibrated"),
         ({"large": ("a bearing is softer",), "left": (group(30.0),)}, "unknown"),
         ({"scatter_known": False}, "unknown"),
+        ({"scatter_known": False, "large": ("a bearing is softer",)}, "recalibrated"),
         ({"late": "the probes are late", "large": ("a bearing is softer",)}, "unknown"),
     ],
 )
@@ -278,7 +279,8 @@ def test_no_disagreement_follows_from_all_evidence(more, status):
     found = judged(AllEvidence(QUIET, GOOD, **more))
     assert found.verdict.status == status
     # what stays unexplained has its note where it is counted
-    assert bool(found.notes) == (status == "unknown" and "unexplained" not in more)
+    noted = "scatter_known" in more or (status == "unknown" and "unexplained" not in more)
+    assert bool(found.notes) == noted
     assert status != "unknown" or (certain(found) == {}) == (not more.keys() & {"scatter_known", "late"})
 
 
@@ -318,6 +320,8 @@ def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone
 
 def test_more_points_count_in_odds_to_the_same_power():
     """A fall of 8 at other points is a factor e of the likelihood to the power 1/4."""
+    certain_of = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 1e6})
+    assert [e.probability for e in certain_of] == pytest.approx([SURE, 1 - SURE, 0.0])
     found = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 8.0})
     by = {e.effects: e.probability for e in found if not e.beyond}
     assert by[COUPLING] / by[()] == pytest.approx(np.e)
