@@ -1,8 +1,8 @@
 """A turbo rotor on bump foil bearings
 
 The foils give way under the film and their friction damps the rotor. The faster it turns, the more the pressure bends
-them out of the shape that the shims give the sleeves, and from about 18,400 rpm on the light rotor whirls. Rigid sleeves
-of the same shape stand next to it.
+them out of the shape that the shims give the sleeves, and from about 18,400 rpm on the light rotor whirls. Rigid
+sleeves of the same shape stand next to it.
 """
 
 import matplotlib.pyplot as plt

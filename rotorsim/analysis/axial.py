@@ -46,7 +46,7 @@ OSCILLATES = 1e-9
 
 @dataclass(frozen=True)
 class ThrustState:
-    """A thrust bearing at the equilibrium: gap [m], load [N], K [N/m] at frequency 0, K and C [N s/m] at wn of the mode.
+    """A thrust bearing at the equilibrium: gap [m], load [N], K [N/m] at frequency 0, K and C [N s/m] at the mode's wn.
 
     Friction power [W], flow [kg/s] to the ambient at the outer edge, and the largest pressure [Pa, absolute].
     """
@@ -232,7 +232,7 @@ def _not_carried(machine: Machine, sign: int, missing: float, speed: float) -> s
     if not gaps:
         return f"{at} nothing pushes the rotor towards {way}; give a load or a thrust bearing that does"
     if not missing:
-        return f"{at} the thrust bearings do not push towards {way}; raise the speed, or the pressure where they are fed"
+        return f"{at} the thrust bearings do not push towards {way}; raise the speed, or the pressure of fed ones"
     return (
         f"{at} the thrust bearings that push towards {way} lack {missing:.3g} N against the load and the other ones at "
         f"a gap of {min(gaps):.2g} um; raise the speed or the pressure, or take load away"

@@ -382,9 +382,8 @@ def test_tables_over_speed_and_whirl_frequency_hold_at_both(speed):
 
 
 def test_an_onset_on_a_table_over_the_whirl_frequency_is_stated_not_to_be_looked_for():
-    """A mode that cross-coupling drives at every speed: no search on the synchronous line counts it as damped."""
+    """Along the synchronous line no mode grows, which is not the answer: a mode has a damping at its own frequency."""
     plant = on_both_axes()
-    assert float(plant.linearise(400.0, 0.0).zeta.min()) < 0
     onset, _, looked = stability_limit(plant, 0.0, 500.0)
     assert np.isnan(onset) and not looked
     assert onset_beyond(plant, 100.0, [0.0]).endswith(why_open(plant))
