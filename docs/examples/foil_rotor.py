@@ -1,7 +1,7 @@
 """A turbo rotor on bump foil bearings
 
-The foils give way under the film. At low speed their friction damps the rotor; from some 16,000 rpm on the pressure
-lifts them off the shape that the shims give the sleeves, and from about 24,000 rpm the light rotor whirls. Rigid
+The foils give way under the film and their friction damps the rotor. The faster it turns, the more the pressure bends
+them out of the shape that the shims give the sleeves, and from about 18,400 rpm on the light rotor whirls. Rigid
 sleeves of the same shape stand next to it.
 """
 

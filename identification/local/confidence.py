@@ -221,6 +221,14 @@ class ResidualTests:
         wide = NormalDist().inv_cdf(1 - 0.005 / self.cross.size) / NORMAL_99
         return bool(np.all(np.abs(self.cross) <= wide * self.cross_bound))
 
+    @property
+    def verdict(self) -> str:
+        """What the tests mean for the model: colour is allowed for, what is left of the inputs is missing from it."""
+        if not self.independent:
+            return "correlated with the inputs: the model lacks part of the response"
+        good = "independent of the inputs: the model holds their response"
+        return good if self.white else f"{good}, and the standard deviations allow for the colour"
+
 
 def residual_tests(residual: np.ndarray, u: np.ndarray, lags: int = LAGS) -> ResidualTests:
     """Tests of residuals (n, 2) against themselves and inputs u (n, 2)."""

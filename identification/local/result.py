@@ -98,8 +98,7 @@ class Identification:
             ]
         lines += parameter_lines(self.parameters, self.units)
         white = "white" if self.residuals.white else f"not white ({_percent(self.residuals.outside)} outside the band)"
-        free = "independent of" if self.residuals.independent else "correlated with"
-        lines.append(f"residuals {white}, {free} the inputs")
+        lines.append(f"residuals {white}, {self.residuals.verdict}")
         return "\n".join([*lines, *(f"note: {text}" for text in self.notes), *(f"warning: {t}" for t in self.warnings)])
 
     @property

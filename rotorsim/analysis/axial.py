@@ -39,11 +39,14 @@ POINTS = 31
 SAME = 1e-10
 """Relative change of a frequency at which its iteration ends."""
 ITERATIONS = 60
+"""Iterations after which a frequency is not found."""
+OSCILLATES = 1e-9
+"""Distance of the damping ratio from 1 up to which a mode does not oscillate."""
 
 
 @dataclass(frozen=True)
 class ThrustState:
-    """A thrust bearing at the equilibrium: gap [m], load [N], K [N/m] at rest, K and C [N s/m] at the axial frequency.
+    """A thrust bearing at the equilibrium: gap [m], load [N], K [N/m] at frequency 0, K and C [N s/m] at the mode's wn.
 
     Friction power [W], flow [kg/s] to the ambient at the outer edge, and the largest pressure [Pa, absolute].
     """
@@ -61,7 +64,11 @@ class ThrustState:
 
 @dataclass(frozen=True)
 class AxialState:
-    """Axial equilibrium of a rotor: displacement [m], the films, and the axial mode, wn [rad/s] and damping ratio."""
+    """Axial equilibrium of a rotor: displacement [m], the films, and the axial mode, wn [rad/s] and damping ratio.
+
+    With the mode's eigenvalue s these are |s|, the undamped frequency, and -Re s / |s|. Where the mode is `overdamped`
+    the rotor creeps back without oscillation, as exp(-wn t).
+    """
 
     speed: float
     pressure: float
@@ -71,6 +78,11 @@ class AxialState:
     films: tuple[ThrustState, ...]
     wn: float
     zeta: float
+
+    @property
+    def overdamped(self) -> bool:
+        """Whether the axial mode does not oscillate."""
+        return self.zeta > 1 - OSCILLATES
 
     @property
     def least_gap(self) -> float:
@@ -208,13 +220,23 @@ def _displacement(
     high = min([(1 - NEAREST) * one.clearance for one in own if one.sign < 0], default=FURTHEST * widest)
     first, last = left(low), left(high)
     if not (first > 0 > last):
-        way = "+z" if first > 0 else "-z"
-        missing = min(abs(first), abs(last))
-        raise NoLiftOffError(
-            f"axial equilibrium: at {speed * TO_RPM:.0f} rpm the thrust bearings lack {missing:.3g} N against a load "
-            f"towards {way} at {NEAREST * widest * TO_UM:.2g} um; raise the speed or the pressure, or give a load"
-        )
+        sign, missing = (1, -first) if first <= 0 else (-1, last)
+        raise NoLiftOffError(_not_carried(machine, sign, missing, speed))
     return float(brentq(left, low, high, xtol=1e-12 * widest, rtol=1e-14))
+
+
+def _not_carried(machine: Machine, sign: int, missing: float, speed: float) -> str:
+    """Sentence on bearings that push towards `sign` and lack a force [N], or on a rotor that none of them holds."""
+    gaps = [NEAREST * one.clearance * TO_UM for one in machine.thrust_bearings if one.sign == sign]
+    way, at = "+z" if sign > 0 else "-z", f"axial equilibrium: at {speed * TO_RPM:.0f} rpm"
+    if not gaps:
+        return f"{at} nothing pushes the rotor towards {way}; give a load or a thrust bearing that does"
+    if not missing:
+        return f"{at} the thrust bearings do not push towards {way}; raise the speed, or the pressure of fed ones"
+    return (
+        f"{at} the thrust bearings that push towards {way} lack {missing:.3g} N against the load and the other ones at "
+        f"a gap of {min(gaps):.2g} um; raise the speed or the pressure, or take load away"
+    )
 
 
 def _frequency(

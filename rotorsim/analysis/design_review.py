@@ -37,7 +37,7 @@ from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
 from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
 from rotorsim.analysis.standards import HalfPower
 from rotorsim.analysis.supply import felt
-from rotorsim.analysis.whirl_onset import stability_limit
+from rotorsim.analysis.whirl_onset import stability_limit, why_open
 from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError, RotorsimError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import whirl_sense
@@ -164,7 +164,8 @@ class FilmState:
 class DesignCheck:
     """A requirement: the limit and what is found in a unit, the verdict (`MET`, `MISSED` or `OPEN`), its rule.
 
-    `sense` is how the limit is asked, "at least" or "at most"; None is a number that there is not, or is not known.
+    `sense` is how the limit is asked, "at least", "above" or "at most"; None is a number that there is not or that is
+    not known.
     `detail` belongs to what is found.
     """
 
@@ -183,7 +184,7 @@ class DesignCheck:
         """Distance from the limit over the limit, negative beyond it; NaN where nothing is found."""
         if self.found is None or not self.limit > 0:
             return float("nan")
-        return (self.found / self.limit - 1) * (1 if self.sense == "at least" else -1)
+        return (self.found / self.limit - 1) * (-1 if self.sense == "at most" else 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -857,7 +858,7 @@ def _stability_checks(r: DesignReview) -> Iterator[DesignCheck]:
     elif looked:
         verdict, detail = MET, f"none up to {r.searched[1] * TO_RPM:.0f} rpm"
     else:
-        verdict, remark = OPEN, "the film does not carry, or a mode may be missing"
+        verdict, remark = OPEN, why_open(r.plant)
     yield DesignCheck("Onset of whirl", "at least", r.high * TO_RPM, found, "rpm", verdict, "onset", detail, remark)
 
 
@@ -867,12 +868,11 @@ def _axial_checks(r: DesignReview) -> Iterator[DesignCheck]:
     name, state = "Damping ratio of the axial mode", r.axial.state
     if state is None:
         verdict, detail = (OPEN, "") if r.axial.carried is None else (MISSED, "not carried")
-        yield DesignCheck(name, "at least", 0.0, None, "", verdict, "onset", detail, r.axial.refused)
+        yield DesignCheck(name, "above", 0.0, None, "", verdict, "onset", detail, r.axial.refused)
     else:
-        yield DesignCheck(
-            name, "at least", 0.0, state.zeta, "", MET if state.zeta > 0 else MISSED, "onset",
-            f"at {state.wn / (2 * np.pi):.4g} Hz", "faces that stay parallel",
-        )  # fmt: skip
+        how = "without oscillation" if state.overdamped else f"at {state.wn / (2 * np.pi):.4g} Hz"
+        yield DesignCheck(name, "above", 0.0, state.zeta, "", MET if state.zeta > 0 else MISSED, "onset", how,
+                          "faces that stay parallel")  # fmt: skip
 
 
 def _clearance_checks(r: DesignReview) -> Iterator[DesignCheck]:

@@ -50,7 +50,8 @@ def whirl_onset(
     default 40000 rpm, or four times the rotor's first natural frequency where that is more; `step` a fortieth of it.
     `onset_looked` is 1 where every mode was looked for at each speed up to the onset or the highest speed that carries
     the rotor, 0 where the number of modes is not proven somewhere, or where their damping may be lost and come back
-    between two speeds and is not followed. Raises DataError for a machine without a film.
+    between two speeds and is not followed. An onset is not looked for where a table is over the whirl frequency: a
+    Campbell diagram has the damping of each mode at its own frequency. Raises DataError for a machine without a film.
 
     Examples
     --------
@@ -91,12 +92,9 @@ def stability_limit(
 
     The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
     shorter ones, or over ascending `speeds` [rad/s] up to `highest`. Raises NoLiftOffError where no speed carries the
-    rotor. It is not looked for where a table is over the whirl frequency: a Campbell diagram has the damping of each
-    mode at its own frequency.
+    rotor.
     """
     search = LeastDamped.up_to(plant, pressure, highest)
-    if plant.assembly.mesh.whirling:
-        return float("nan"), float("nan"), 0.0
     steps = np.linspace(0.0, highest, FEWEST + 1) if speeds is None else speeds
     found = first_loss(search, search.with_kinks(steps), accuracy)
     if not np.isfinite(found[0]) and not found[2]:
@@ -119,11 +117,17 @@ def onset_beyond(plant: Plant, fastest: float, pressures: Iterable[float]) -> st
         if onset > fastest:
             found.append((onset, frequency))
     if not found:
-        why = "the film does not carry the rotor, or a mode may be missing"
-        return "" if complete else f"not looked at above {sense * fastest * TO_RPM:.0f} rpm: {why}"
+        return "" if complete else f"not looked at above {sense * fastest * TO_RPM:.0f} rpm: {why_open(plant)}"
     onset, frequency = min(found)
     what = f"a mode of {frequency * TO_HZ:.4g} Hz grows" if frequency else "the rotor leaves its place"
     return f"{what} from {sense * onset * TO_RPM:.0f} rpm on{'' if complete else ', or below: a mode may be missing'}"
+
+
+def why_open(plant: Plant) -> str:
+    """Why an onset of whirl is not known."""
+    if plant.assembly.mesh.whirling:
+        return "a table over the whirl frequency holds at each mode's own frequency; see the Campbell diagram"
+    return "the film does not carry the rotor, or a mode may be missing"
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,8 +216,11 @@ class LeastDamped:
 def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
-    Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl.
+    Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl. Not looked for on a table over the
+    whirl frequency.
     """
+    if search.plant.assembly.mesh.whirling:
+        return float("nan"), float("nan"), 0.0
     looked: list[Node] = []
     complete = True
 

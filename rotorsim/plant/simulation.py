@@ -295,6 +295,8 @@ class Simulation(Shown):
         a = self.assembly
         rows = np.array(inputs, float)
         _check_inputs(a, rows)
+        if not a.machine.fed:
+            rows[:, SUPPLY] = 0.0  # no injector feels a supply: the record has the ambient's
         rows[:, SUPPLY] += a.machine.gas.ambient_pressure
         out = np.zeros((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.parameters, rows, out, a.steps_per_sample)

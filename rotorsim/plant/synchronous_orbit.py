@@ -157,18 +157,22 @@ class Turns:
 
     @cached_property
     def _kept(self) -> list[int]:
-        """Places of rotor and films that the turns leave as they were: clock, memory of the solver."""
+        """Places of rotor and films that every run of the turns begins with, and leaves, as in `rest`: clock, switches,
+        memory of the solver. A combination of whole numbers is not one.
+        """
         R, film = self.a.rotor, self.a.film
         clock = [R.time, R.angle, R.turns, R.speed, R.acceleration]
         solver = [R.order, R.matrix_step, R.touched, R.substeps, R.largest, R.error]
+        touching = [R.contact + f for f in range(len(self.a.films))]
         counters = [film.size * f + film.convergence + k for f in range(len(self.a.films)) for k in range(8)]
-        return clock + solver + counters
+        return clock + solver + touching + counters
 
     def run(self, state: np.ndarray) -> np.ndarray | None:
         """Workspace after the turns; None if a step has no solution."""
         a, size = self.a, self.a.rotor.size
         w, after, out = self.rest.copy(), self.rest.copy(), np.zeros((len(self._inputs), self.a.columns))
         w[:size] = state[:size]
+        w[self._kept] = self.rest[self._kept]
         if a.module.run(w, a.ix, self._plant.parameters, self._inputs, out, a.steps_per_sample) < len(out):
             return None
         after[:size] = w[:size]

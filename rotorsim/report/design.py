@@ -268,15 +268,28 @@ def _films(review: DesignReview) -> Block:
     text = f"At {review.high * TO_RPM:.0f} rpm; stiffness and damping at the frequency of the speed. "
     text += f"Least film {quantity(review.least_gap * TO_UM, 'µm')}." if review.films else review.not_carried
     text += "" if warm or not review.films else " Isothermal: add [effects.heat_balance] for temperatures."
+    text += _load_text(review)
     heads = ("film", "load [N]", "eccentricity ratio", "Kxx [MN/m]", "Kyy [MN/m]", "Kxy [MN/m]", "Kyx [MN/m]",
              "Cxx [kN s/m]", "Cyy [kN s/m]", "friction [W]", "flow [mg/s]", "gas warmer by [K]")  # fmt: skip
     has_film = bool(review.plant.machine.films)
     return Block("Films", text if has_film else "", heads, rows)
 
 
+def _load_text(review: DesignReview) -> str:
+    """How far the films' loads lie from the static ones of the head, where nothing but the weight loads them."""
+    weight = review.plant.machine.effects.get("gravity", ())
+    if len(weight) != 1 or len(review.films) != len(review.loads):
+        return ""
+    g = float(getattr(weight[0], "acceleration", 0.0))
+    if not g or min(abs(review.loads)) < 1e-9:
+        return ""
+    off = max(abs(f.load / (g * abs(w)) - 1) for f, w in zip(review.films, review.loads, strict=True))
+    return f" Their loads, which the modes of the model share out, lie within {100 * off:.2g} % of the static loads W."
+
+
 def _thrust(review: DesignReview) -> Block:
-    heads = ("film", "gap [µm]", "load [N]", "K at rest [MN/m]", "K [MN/m]", "C [N s/m]", "friction [W]",
-             "flow [mg/s]", "highest pressure [MPa abs]")  # fmt: skip
+    heads = ("film", "gap [µm]", "load [N]", "K at 0 Hz [MN/m]", "K of the mode [MN/m]", "C of the mode [N s/m]",
+             "friction [W]", "flow [mg/s]", "highest pressure [MPa abs]")  # fmt: skip
     if review.axial is None:
         return Block("Thrust bearings", heads=heads)
     state = review.axial.state
@@ -287,9 +300,12 @@ def _thrust(review: DesignReview) -> Block:
          f.p_max * TO_MPA)
         for f in state.films
     ]  # fmt: skip
+    hertz = f"{state.wn / (2 * np.pi):.4g} Hz"
+    mode = f"the undamped frequency of the axial mode, {hertz}; its damping ratio is {state.zeta:.3g}"
+    if state.overdamped:
+        mode = f"{hertz}, the rate at which the overdamped axial mode creeps back over 2 pi"
     text = (
-        f"At {review.high * TO_RPM:.0f} rpm; K and C at the frequency of the axial mode, "
-        f"{state.wn / (2 * np.pi):.4g} Hz with a damping ratio of {state.zeta:.3g}. The load of "
+        f"At {review.high * TO_RPM:.0f} rpm; K and C of the mode are at {mode}. The load of "
         f"{quantity(state.load, 'N')} displaces the rotor by {quantity(state.displacement * TO_UM, 'µm')} towards +z."
     )
     return Block("Thrust bearings", text, heads, rows)

@@ -63,7 +63,26 @@ def test_no_film_no_speed_and_too_much_load_are_refused():
     with pytest.raises(NoLiftOffError):
         axial_state(turbo(), 0.0)
     with pytest.raises(NoLiftOffError):
-        axial_state(turbo().with_({"axial_load": 1e6}), SPEED)
+        axial_state(turbo().with_({"thrust_bearings": turbo().thrust_bearings[:1]}), SPEED)
+
+
+@pytest.mark.parametrize(("sign", "way"), [(1, "-z"), (-1, "+z")])
+def test_what_is_missing_against_a_load_is_its_rest_over_the_films_at_the_smallest_gap(sign, way):
+    """The films that push against the load are short of it, by the load less what they and the others push there."""
+    machine = turbo().with_({"axial_load": sign * 1e3})
+    end = 0.98 * machine.thrust_bearings[0].clearance * sign
+    lacking = 1e3 + sign * float(axial_forces(machine, np.array([end]), SPEED).sum())
+    with pytest.raises(NoLiftOffError) as caught:
+        axial_state(machine, SPEED)
+    assert f"{lacking:.3g} N" in str(caught.value) and f"towards {way}" in str(caught.value)
+
+
+def test_a_rotor_that_creeps_back_along_the_shaft_is_stated_to_be_overdamped():
+    """The films' stiffness grows with the speed, their damping does not: when slow s is real, and wn is its rate."""
+    assert not axial_state(turbo(), SPEED).overdamped
+    found, gap = axial_state(turbo(), 100.0), turbo().thrust_bearings[0].clearance
+    left = found.mass * found.wn**2 + 2 * thrust_films(turbo())[0].dynamic_stiffness(gap, 100.0, s=-found.wn)[0]
+    assert found.overdamped and abs(left) < 1e-8 * found.films[0].static_stiffness
 
 
 def test_slip_of_the_machine_softens_its_thrust_films():

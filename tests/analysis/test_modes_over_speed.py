@@ -12,6 +12,7 @@ from rotorsim.analysis import campbell, map_machine, mode_shapes
 from rotorsim.analysis.calibrate import figures
 from rotorsim.analysis.campbell import highest_speed, modes_line, searched_line
 from rotorsim.analysis.modes_over_speed import at_whirl, modes_over_speed
+from rotorsim.analysis.whirl_onset import onset_beyond, stability_limit, why_open
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import FilmResponse, LinearPlant, film_states, region_up_to
 
@@ -378,6 +379,15 @@ def test_tables_over_speed_and_whirl_frequency_hold_at_both(speed):
     widest = np.diff(table.speeds[table.speeds <= 500.0]).max()
     off = np.abs(mesh.tables.at(0, speed)[0] - table.at(speed)[0]).max()
     assert off <= 1.001 * 10 * widest**2 / 4
+
+
+def test_an_onset_on_a_table_over_the_whirl_frequency_is_stated_not_to_be_looked_for():
+    """Along the synchronous line no mode grows, which is not the answer: a mode has a damping at its own frequency."""
+    plant = on_both_axes()
+    onset, _, looked = stability_limit(plant, 0.0, 500.0)
+    assert np.isnan(onset) and not looked
+    assert onset_beyond(plant, 100.0, [0.0]).endswith(why_open(plant))
+    assert why_open(plant) != why_open(Plant("plain_rotor"))
 
 
 def test_a_table_over_the_whirl_frequency_has_the_critical_speeds_and_the_response_of_its_synchronous_one():

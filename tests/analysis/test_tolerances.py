@@ -169,6 +169,18 @@ def test_a_search_without_bounds_or_quantity_is_refused(rotor, over, objective):
         rs.analysis.optimise(rotor, [over], objective, highest="5000 rpm")
 
 
+def test_two_processes_give_the_bits_of_one():
+    """Films too: each machine is followed from the nominal one by itself, whoever computes it."""
+    spindle = rs.load_machine("aerostatic_spindle").with_({"grid.n_theta": 16, "grid.n_z": 8})
+    one, two = (
+        random_machines(spindle, "bearings.*.clearance=+- 5 %", 11, "flow,damping", pressure=0.5e6, workers=workers)
+        for workers in (1, 2)
+    )
+    for name in one.data:
+        assert np.array_equal(one.data[name].values, two.data[name].values)
+    assert np.isfinite(one.data["damping"].values).all() and np.ptp(one.data["flow"].values) > 0
+
+
 def test_a_cluster_gives_the_machines_of_this_computer(rotor):
     from distributed import LocalCluster
 

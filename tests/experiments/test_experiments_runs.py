@@ -271,3 +271,13 @@ def test_what_is_no_experiment_is_refused_with_what_one_is(wrong, tmp_path):
         rs.run("plain_rotor", wrong)
     with pytest.raises(DataError, match=sentence):
         rs.record("plain_rotor", wrong, tmp_path / "run.nc")
+
+
+def test_a_machine_that_nothing_feeds_has_the_ambient_pressure_in_its_records():
+    """Whatever is asked, no injector feels it: the motion has the bits of a run without a supply."""
+    rotor = rs.Plant("rigid_rotor_self_acting", n_theta=24, n_z=8)
+    runs = [ex.run(rotor, ex.Runup(800.0, 801.0, 100.0, pressure)) for pressure in (0.3e6, 0.0)]
+    runs.append(rotor.simulate(0.01, speed=800.0, pressure=0.5e6))
+    assert not any(one["pressure"].values.any() or one["pressure_measured"].values.any() for one in runs)
+    assert np.array_equal(runs[0]["disc"].values, runs[1]["disc"].values)
+    assert all("pressure" not in one.attrs for one in runs)

@@ -232,5 +232,7 @@ def test_the_frequency_response_estimate_comes_close_to_the_truth_where_it_is_co
 
 def test_what_a_model_misses_shows_in_the_correlation_of_its_residuals_with_the_inputs():
     data = record(9, seconds=4.0)
-    assert idn.identify(data, 3).residuals.independent
-    assert not idn.identify(data, 1).residuals.independent  # knows no lag
+    whole, rough = idn.identify(data, 3), idn.identify(data, 1)
+    assert whole.residuals.independent and not rough.residuals.independent  # knows no lag
+    assert all(one.residuals.verdict in one.report() for one in (whole, rough))
+    assert whole.residuals.verdict != rough.residuals.verdict

@@ -9,7 +9,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import rows
-from rotorsim.plant.synchronous_orbit import find_orbit, growth
+from rotorsim.plant.synchronous_orbit import Turns, find_orbit, growth
 
 RPM = np.pi / 30
 
@@ -89,6 +89,16 @@ def test_a_negative_speed_is_the_mirror_image():
         places.append(rows(a, a.rotor.disc, a.w) @ (orbit.w - rest.w)[a.rotor.q_old :][: a.rotor.n])
     x, y = places
     assert x == pytest.approx(y * [1.0, -1.0], abs=1e-4 * np.abs(x).max())
+
+
+def test_switches_and_the_solvers_memory_are_never_a_mixture_of_several_runs():
+    """The order of the step is a whole number; a state with another in its place gives the bits of one without."""
+    plant, speed = Plant("rigid_rotor_self_acting"), 9000 * RPM
+    rest = plant.start(speed).save()
+    turns, mixed = Turns(plant.assembly, rest, speed, 0.0), rest.copy()
+    R = plant.assembly.rotor
+    mixed[R.order], mixed[R.contact] = 0.6, 0.3
+    assert np.array_equal(turns.run(rest), turns.run(mixed))
 
 
 def test_what_does_not_repeat_with_the_turn_begins_with_the_run():

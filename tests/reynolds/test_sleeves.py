@@ -130,7 +130,7 @@ def test_strips_carry_the_load_of_the_published_test_bearing_beyond_the_clearanc
 
 
 def test_three_lobes_on_strips_carry_it_too_where_they_meet_alike():
-    """Lobes of `foil_turbo_rotor`, 9.54 um at the shims. Where they jump, at 0.8 of an arc, the film ends at 40 N: the
+    """Lobes of `foil_turbo_rotor`, 9.54 um at the shims. If they jumped, at 0.8 of an arc, the film ended at 40 N: the
     pressure falls to ambient towards the end of the lower lobe, no bump is pressed there, and the journal meets it.
     """
     smallest = []
