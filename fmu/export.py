@@ -35,6 +35,8 @@ from rotorsim.plant import Plant
 AnyUnit = TypeVar("AnyUnit", bound=PlantUnit | LinearUnit | LawUnit)
 VACUUM = 101325.0
 """Gauge pressure [Pa] below the standard atmosphere at which nothing is left."""
+CORRECTIONS = 50
+"""Corrections of a time step in hard real time, a factorisation counted as ten."""
 START = (0.0, 0.3e6)
 """Speed [rad/s] and gauge pressure [Pa] at which a plant starts unless another is asked for."""
 
@@ -56,6 +58,13 @@ def plant_unit(plant: Plant, speed: float | None = None, pressure: float | None 
     if abs(speed) > limit:
         raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
     return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0)
+
+
+def bounded(plant: Plant) -> Plant:
+    """The plant for hard real time: with `CORRECTIONS` a step at most, unless its machine file states a bound."""
+    if plant.machine.solver.corrections:
+        return plant
+    return Plant(plant.machine.with_({"solver.corrections": CORRECTIONS}))
 
 
 def named(unit: AnyUnit, name: str | None) -> AnyUnit:

@@ -21,6 +21,7 @@ import numpy as np
 from fmu.turned import Turned, turned_numbers
 from fmu.variables import ROW, UnitVariable, place, plant_variables
 from reynolds.grid import cells
+from reynolds.newton import FACTORISATIONS, ITERATIONS, LEFT, OVERRUNS, PRICE
 from reynolds.workspace import FILM_DTYPE
 from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import UNLIMITED
@@ -34,6 +35,8 @@ LONGEST_NAME = 60
 """Characters of an identifier that compilers and file systems take besides the suffix."""
 MAGIC = "rotsim1"
 EXTRA_COLUMNS = 3
+WORK_COLUMNS = 3
+"""Outputs of a plant behind the columns that its kernels fill, and behind those in turn where work is bounded."""
 STORES = {
     "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
     "constant": "CONSTANT", "turned": "TURNED", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
@@ -209,11 +212,16 @@ class PlantUnit(Unit):
         """Sizes and offsets of workspace, parameters and columns, and what ends a run."""
         a = self.assembly
         at = {v.name: v.index for v in self.variables if v.store == "input"}
+        bounded, memory = a.machine.solver.corrections > 0, a.film.convergence
         return {
             "STEPS": a.steps_per_sample,
             "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
             "N_INPUTS": len(at),
-            "N_OUT": a.columns + EXTRA_COLUMNS,
+            "N_OUT": a.columns + EXTRA_COLUMNS + (WORK_COLUMNS if bounded else 0),
+            "BOUNDED": int(bounded),
+            "WORK(w)": f"(w[{memory + ITERATIONS}] + {PRICE} * w[{memory + FACTORISATIONS}])",
+            "W_LEFT": memory + LEFT,
+            "W_OVERRUNS": memory + OVERRUNS,
             "N_P": a.record.dtype.itemsize // 8,
             "N_W": a.w.size,
             "N_IX": a.ix.size,

@@ -184,11 +184,27 @@ def _outputs(a: Assembly) -> Iterator[UnitVariable]:
         rows.append(("meas.pressure", "Pa", at["pressure_measured"], "Injection pressure as its transducer reads it."))
     for name, unit, column, doc in rows:
         yield UnitVariable(name, "output", doc, unit, column)
+    if a.machine.solver.corrections:
+        yield from _work(own + extra + 3)
     if has_film:
         doc = "Whether the journal touched its sleeve during the last step."
         yield UnitVariable("film.touchdown", "output", doc, index=at["contact"], kind="boolean")
         shape = (a.film.n_theta, a.machine.grid.n_z)
         yield UnitVariable("film.pressure", "pressure", "Absolute film pressure over theta and z.", "Pa", shape=shape)
+
+
+def _work(first: int) -> Iterator[UnitVariable]:
+    """Outputs about steps of bounded work, from a place on."""
+    doc = "Largest error that a step of the last sample left, in pressure / ambient + journal / clearance; 0: none."
+    yield UnitVariable("solver.error_left", "output", doc, index=first)
+    for k, (name, doc) in enumerate(
+        {
+            "corrections": "Corrections of the last sample, a factorisation counted as ten.",
+            "overruns": "Steps since the start that their bound has cut short.",
+        }.items(),
+        first + 1,
+    ):
+        yield UnitVariable(f"solver.{name}", "output", doc, index=k, kind="integer")
 
 
 def _each_film(a: Assembly) -> Iterator[tuple[str, str, int, str]]:

@@ -19,6 +19,8 @@ import numpy as np
 
 from rotorsim.base.errors import RotorsimError
 
+CONVERGENCE = 16
+"""Places for the memory of Newton's method, in w[convergence]."""
 JUMP, KINK = 1e-12, 1e-9
 """Differences [m] of the gap and of its derivative between two stretches that are no rounding."""
 FILM_ARRAYS = (
@@ -330,7 +332,7 @@ def make_layout(
         "journal": 2, "journal_a": 4, "journal_b": 4, "journal_rhs": 2, "static_a": 4, "static_rhs": 2, "force": 2,
         "inverse": blocks, "spike": 2 * rows * length, "border": borders * length, "closure": 4 * rows * rows,
         "border_force": 2 * borders, "border_reader": max(n_inj, 1) * borders, "small": 2 * borders,
-        "small_matrix": borders * borders, "lanes": lanes, "convergence": 8,
+        "small_matrix": borders * borders, "lanes": lanes, "convergence": CONVERGENCE,
         "mu": 1, "slip": 1, "law": 1,
         "outline": grid.n_theta + 3, "places": PLACE * grid.n_theta,
         "stretches": STRETCH * (grid.n_theta + edges), "added": foil * textured * (grid.n_theta + edges),

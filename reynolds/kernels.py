@@ -104,7 +104,7 @@ def march_film(w, ix, F, L, speed, dt, tolerance, path, forces, flows):
             w[L.journal], w[L.journal + 1] = path[row, 0], path[row, 1]
             if solved(w, ix, F, L, U, 1.0 / adt, tolerance, i + stage == 0) < 0:
                 return NOT_CONVERGED
-            end_stage(w, L, stage, adt)
+            end_stage(w, L, stage, adt, 0.0)
             book(w, L, L.m_mid if stage == 0 else L.m_old, flows, 2 * i + stage)
         force(w, L)
         forces[i, 0], forces[i, 1] = w[L.force], w[L.force + 1]

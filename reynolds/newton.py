@@ -31,6 +31,11 @@ RATE, AGE, FACTORISATIONS, ITERATIONS = 0, 1, 2, 3
 """Places in w[convergence]: estimated rate, stages since it was measured, and two counters."""
 SURPRISE, FRESH = 6, 7
 """Places in w[convergence]: largest first correction of the stage, and whether the next solve factorises."""
+LIMIT, CUT, LEFT, OVERRUNS = 8, 9, 10, 11
+"""Places in w[convergence] for bounded work: count at which a stage ends (0: never), error of a stage that ended so
+(0: it did not), largest of them, and steps with such a stage."""
+PRICE = 10.0
+"""Corrections that take as long as new factors."""
 FAR = 0.03
 """First correction above which starting values are linear in time and every stage has factors of its own."""
 MAX_AGE = 48
@@ -304,8 +309,6 @@ def newton(w, ix, F, L, U, iadt, tolerance, patient, careful):
         residual(w, ix, F, L, U, iadt)
         if done:
             return n
-        if n == MOST:
-            return STALE_FACTORS
         solve_ring(w, L)
         solve_borders(w, ix, L)
         add_borders(w, L)
@@ -333,7 +336,7 @@ def judge_correction(w, c, n, size, before, tolerance, patient):
 
     `size` and `before` are those of this correction and of the last one; w[c:] is the film's memory of convergence.
     """
-    if not size < 1e6:
+    if not size < 1e6 and (w[c + LIMIT] == 0.0 or size != size):
         return NOT_CONVERGED
     rate = w[c + RATE]
     known = w[c + AGE] < MAX_AGE
@@ -347,10 +350,39 @@ def judge_correction(w, c, n, size, before, tolerance, patient):
     if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
         w[c + AGE] += 1.0
         return 1
-    if n > 3 and rate > 0.5:
-        return STALE_FACTORS
     impatient = n > 1 and not patient and w[c + CAREFUL] == 0.0 and size < NEAR
-    return STALE_FACTORS if impatient and lasts_long(size, rate, tolerance) else 0
+    stale = n == MOST or (n > 3 and rate > 0.5) or (impatient and lasts_long(size, rate, tolerance))
+    if w[c + LIMIT] > 0.0:
+        return bounded_verdict(w, c, stale, known, size, rate)
+    return STALE_FACTORS if stale else 0
+
+
+@inlined
+def bounded_verdict(w, c, stale, known, size, rate):
+    """As `judge_correction` where the answer is not there yet and work is bounded: new factors need room for a
+    correction after them; without room, or where corrections grow, the stage ends with what it has."""
+    room = room_left(w, c)
+    if stale and room > PRICE:
+        return STALE_FACTORS
+    if room >= 1.0 and not (stale and rate >= 1.0):
+        return 0
+    cut_short(w, c, size * rate / (1.0 - rate) if known and rate < 1.0 else size)
+    return 1
+
+
+@inlined
+def room_left(w, c):
+    """Corrections that bounded work leaves to a stage; more than any stage needs where it is not bounded."""
+    if w[c + LIMIT] == 0.0:
+        return 1e9
+    return w[c + LIMIT] - w[c + ITERATIONS] - PRICE * w[c + FACTORISATIONS]
+
+
+@inlined
+def cut_short(w, c, error):
+    """Note a stage that ends with an error (pressure / ambient + journal / clearance) above the tolerance."""
+    w[c + CUT] = max(w[c + CUT], error)
+    w[c + LEFT] = max(w[c + LEFT], error)
 
 
 @inlined

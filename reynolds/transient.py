@@ -36,6 +36,8 @@ STAGE = 1.0 - math.sqrt(0.5)
 MID = 1.0 / (GAMMA * (2.0 - GAMMA))
 OLD = -((1.0 - GAMMA) ** 2) / (GAMMA * (2.0 - GAMMA))
 TO_MID, TO_END = 0, 1
+TRUST = 0.1
+"""Error (pressure / ambient + journal / clearance) above which a stage that was cut short holds its films instead."""
 
 
 def predictor_table() -> list[float]:
@@ -143,12 +145,33 @@ def keep_mass(w, L, adt, keep):
 
 
 @inlined
-def end_stage(w, L, stage, adt):
+def keep_pressures(w, L, adt, stage, far):
+    """Keep the mass and the plena that go with the pressures of a stage that was cut short; without rates if `far`.
+
+    Mass that the fluxes account for, as `end_stage` has it, would multiply the error by the stiffness of the film.
+    """
+    inverse, keep = 0.0 if far else 1.0 / adt, L.m_mid if stage == TO_MID else L.m_old
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        w[keep + k] = stored(w, L, k)
+        w[L.rate + k] = (w[keep + k] - w[L.m_rhs + k]) * inverse
+    for i in range(L.n_inj):
+        w[(L.plenum_mid if stage == TO_MID else L.plenum_old) + i] = w[L.plenum + i]
+        w[L.plenum_rate + i] = (w[L.plenum + i] - w[L.plenum_rhs + i]) * inverse
+
+
+@inlined
+def end_stage(w, L, stage, adt, cut):
     """Keep what the stage found: mass and plena at gamma dt, or at the step's end together with the rates.
 
     The mass kept is the one the fluxes of the answer account for, p h minus the residual that Newton's tolerance has
-    left (in r after `newton`): so mass is conserved to round-off and the tolerance leaves no drift.
+    left (in r after `newton`): so mass is conserved to round-off and the tolerance leaves no drift. `cut`: error of a
+    stage that was cut short, or 0.
     """
+    if L.foil == 1:
+        end_foil(w, L, stage, adt)
+    if cut > 0.0:
+        keep_pressures(w, L, adt, stage, cut > TRUST)
+        return
     if stage == TO_MID:
         keep_mass(w, L, adt, L.m_mid)
     else:
@@ -156,8 +179,6 @@ def end_stage(w, L, stage, adt):
         inverse = 1.0 / adt
         for k in range(L.first, L.first + L.n_theta * L.stride):
             w[L.rate + k] = (w[L.m_old + k] - w[L.m_rhs + k]) * inverse
-    if L.foil == 1:
-        end_foil(w, L, stage, adt)
     for i in range(L.n_inj):
         rate = (w[L.pin_flow + i] - w[L.film_flow + i]) / w[L.capacity + i]
         if stage == TO_MID:

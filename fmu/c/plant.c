@@ -134,6 +134,19 @@ static Outcome check_physics(Unit *u) {
     return OK;
 }
 
+/* One sample; where work is bounded, with the outputs about it. */
+static int64_t advance(Unit *u, double row[6]) {
+#if BOUNDED
+    double *w = u->s.w, *work = u->s.outputs + N_OUT - 3, before = WORK(w);
+    w[W_LEFT] = 0.0;
+    int64_t status = serve(u, ADVANCE, row);
+    work[0] = w[W_LEFT], work[1] = WORK(w) - before, work[2] = w[W_OVERRUNS];
+    return status;
+#else
+    return serve(u, ADVANCE, row);
+#endif
+}
+
 Outcome unit_step(Unit *u, double now, double length, double *reached) {
     Outcome outcome;
     double row[6];
@@ -149,7 +162,7 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
         }
         if (k + 1 < n) row[0] = from + (row[0] - from) * ((double)(k + 1) / (double)n);
         if (s->inputs[DRIVE_ON] == 0.0) row[0] = NAN;
-        if (serve(u, ADVANCE, row) < 0) {
+        if (advance(u, row) < 0) {
             outcome = unit_fail(u, FAILED, "no solution of the step at t = %.4f s, %.0f rpm; export with a smaller "
                                            "solver.time_step or a finer grid",
                                 unit_time(u), s->w[W_SPEED] * TO_RPM);

@@ -80,6 +80,9 @@ def export(
     ] = False,
     precision: Annotated[str, typer.Option(help="Numbers of --c-only: float64 or float32.")] = "float64",
     unit: UnitOptions,
+    real_time: Annotated[
+        bool, typer.Option("--real-time", help="Bound the work of a step: 50 corrections, or solver.corrections.")
+    ] = False,
     name: Annotated[
         str | None,
         typer.Option(help="Name of the model and its libraries.", show_default="that of the subject and of its kind"),
@@ -97,19 +100,21 @@ def export(
         raise DataError(
             "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
         )
+    if real_time and not of_plant:
+        raise DataError("--real-time: bounds the steps of a plant; a law and an identified model have none to bound")
     plant = settings.plant(machine) if of_plant else None
     if c_only:
         if law is None:
             raise DataError("--c-only: writes a control law; give one with --law")
         _write_code(law, name, out, precision, force, as_json)
         return
-    from fmu.export import choose, export as write, file_names, named, versions
+    from fmu.export import bounded, choose, export as write, file_names, named, versions
     from fmu.importer import info as facts
 
     out = out or Path("rotor.fmu")
     chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
-        made = _unit_of(plant, law, Path(model), start)
+        made = _unit_of(bounded(plant) if plant and real_time else plant, law, Path(model), start)
         announce = partial(typer.echo, err=True)
         paths = write(named(made, name), out, chosen, platforms, unit.cpu, announce, source)
     if as_json:

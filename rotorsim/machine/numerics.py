@@ -60,6 +60,10 @@ class Solver(Part):
     tolerance: float = quantity(
         "1", "Tolerance of the film pressure, relative to ambient pressure.", 5e-6, above=0, high=1e-3
     )
+    corrections: int = count(
+        "Most corrections of a time step, a factorisation counted as ten; 0: as many as the tolerance takes.",
+        0, low=0, high=1000,
+    )  # fmt: skip
     modes_per_plane: int = count("Rotor modes kept in each plane.", 6, low=1, high=40)
     minimum_film: float = quantity(
         "m", "Floor of the film thickness in the Reynolds equation.", 2.5e-7, above=0, high=1e-4

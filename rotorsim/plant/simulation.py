@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from reynolds import kernels
-from reynolds.grid import fill
-from reynolds.newton import FACTORISATIONS, ITERATIONS
+from reynolds.grid import CONVERGENCE, fill
+from reynolds.newton import FACTORISATIONS, ITERATIONS, OVERRUNS
 from reynolds.workspace import at_cache_line, interval_pressure
 from rotorsim.base.display import Card, Shown, several
 from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError
@@ -336,14 +336,15 @@ class Simulation(Shown):
 
     @property
     def counters(self) -> dict[str, float]:
-        """Newton iterations, factorisations and parts of steps so far."""
+        """Newton iterations, factorisations, parts of steps and steps that their bound cut short, so far."""
         a = self.assembly
-        parts = [a.film_part(self.w, k)[a.film.convergence :][:8] for k in range(max(len(a.films), 1))]
+        parts = [a.film_part(self.w, k)[a.film.convergence :][:CONVERGENCE] for k in range(max(len(a.films), 1))]
         counts = np.sum(parts, axis=0)
         return {
             "iterations": float(counts[ITERATIONS]),
             "factorisations": float(counts[FACTORISATIONS]),
             "substeps": float(self.w[self.assembly.rotor.substeps]),
+            "overruns": float(counts[OVERRUNS]),
         }
 
 

@@ -21,6 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
+from reynolds.grid import CONVERGENCE
 from rotorsim.effects.base import WHERE
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.simulation import Simulation
@@ -164,7 +165,7 @@ class Turns:
         clock = [R.time, R.angle, R.turns, R.speed, R.acceleration]
         solver = [R.order, R.matrix_step, R.touched, R.substeps, R.largest, R.error]
         touching = [R.contact + f for f in range(len(self.a.films))]
-        counters = [film.size * f + film.convergence + k for f in range(len(self.a.films)) for k in range(8)]
+        counters = [film.size * f + film.convergence + k for f in range(len(self.a.films)) for k in range(CONVERGENCE)]
         return clock + solver + touching + counters
 
     def run(self, state: np.ndarray) -> np.ndarray | None:

@@ -134,3 +134,35 @@ def test_a_master_that_counts_integer_nanoseconds_changes_no_bit(unit, model):
         tables.append(np.array(rows))
         instance.close()
     assert tables[0].tobytes() == tables[1].tobytes()
+
+
+def test_bounded_steps_have_the_bits_of_python_and_show_their_work(exported_plant):
+    from fmu.export import CORRECTIONS, bounded
+    from rotorsim.plant import Plant
+
+    plant = bounded(Plant("dtu_gas_bearing", n_theta=16, n_z=8, dt=SAMPLE))
+    _, unit = exported_plant(plant, 600.0, 0.3e6)
+    n = 400
+    inputs = {"disc.force_x": np.where(np.arange(n) % 100 == 50, 1500.0, 0.0), "piezo.ref_x": np.full(n, 5.0)}
+    instance = unit.instance()
+    instance.initialise()
+    names = ["disc.x", "film.h_min", "solver.error_left", "solver.corrections", "solver.overruns"]
+    rows = instance.run(inputs, SAMPLE, names)
+    instance.close()
+    simulation = plant.start(600.0, 0.3e6)
+    table = simulation.advance(np.stack([[600.0, 0.3e6, 5.0, 0.0, f, 0.0] for f in inputs["disc.force_x"]]))
+    assert rows[:-1, 0].tobytes() == table[:, 0].tobytes()
+    counters = simulation.counters
+    assert 0 < rows[-1, 4] == counters["overruns"]
+    assert rows[:, 3].sum() == counters["iterations"] + 10 * counters["factorisations"]
+    assert rows[:, 3].max() <= CORRECTIONS
+    assert ((rows[1:, 2] > 0) == (np.diff(rows[:, 4]) > 0)).all()
+
+
+@pytest.mark.parametrize("subject", [["--law", "law.json"], ["--model", "lpv.json"]])
+def test_laws_and_models_refuse_to_be_bounded(subject, capsys):
+    from rotorsim.cli import main
+
+    with pytest.raises(SystemExit) as ended:
+        main(["fmu", "export", *subject, "--real-time"])
+    assert ended.value.code == 2 and "--real-time" in capsys.readouterr().err

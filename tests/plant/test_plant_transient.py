@@ -7,6 +7,8 @@ import pytest
 from scipy.linalg import expm
 
 from reynolds.transient import STAGE, TO_MID
+from rotorsim.machine import load_machine
+from rotorsim.plant import Plant
 from rotorsim.plant.kernels import modal_rotor
 
 RPM = np.pi / 30
@@ -177,3 +179,54 @@ def test_the_error_that_a_step_finds_is_its_own_to_one_order_more():
     assert np.polyfit(np.log(steps), np.log(true), 1)[0] == pytest.approx(3.0, abs=0.25)
     assert np.polyfit(np.log(steps), np.log(missed), 1)[0] == pytest.approx(4.0, abs=0.1)
     assert missed[0] < 0.02 * true[0]
+
+
+def violent(n):
+    """Return rows of inputs in which references jump between their limits, the supply jumps, and the disc is hit."""
+    rng, t = np.random.default_rng(0), np.arange(n) * 2e-4
+    rows = np.zeros((n, 6))
+    rows[:, 0] = 600.0
+    rows[:, 1] = rng.uniform(0.1e6, 0.7e6, n // 25 + 1).repeat(25)[:n]
+    rows[:, 2:4] = 5.0 * np.sign(rng.standard_normal((n // 10 + 1, 2))).repeat(10, 0)[:n]
+    rows[:, 4:] = 150.0 * np.stack([np.cos(700 * t), np.sin(700 * t)], axis=1)
+    rows[:, 4] += np.where(rng.random(n) < 0.01, 1500.0, 0.0)
+    return rows
+
+
+def bounded(machine, corrections):
+    return Plant(machine.with_({"solver.corrections": corrections}), n_theta=16, n_z=8, dt=2e-4)
+
+
+def test_bounded_steps_never_do_more_and_stay_finite():
+    simulation = bounded(load_machine("dtu_gas_bearing"), 30).start(600.0, 0.3e6)
+    worst = 0.0
+    for row in violent(1500):
+        before = simulation.counters
+        assert np.isfinite(simulation.advance(row[None])).all()
+        done = {name: value - before[name] for name, value in simulation.counters.items()}
+        worst = max(worst, done["iterations"] + 10 * done["factorisations"])
+        assert done["substeps"] == 0
+    assert worst == 30.0  # it is needed, and kept
+    assert simulation.counters["overruns"] > 0
+
+
+def test_a_bound_that_no_step_reaches_changes_no_bit():
+    rows = violent(300)
+    rows[:, 1] += 0.2e6
+    rows[:, 2:] *= [0.2, 0.2, 0.0, 0.0]  # far from contact, where steps would become smaller
+    machine = load_machine("dtu_gas_bearing")
+    tables = [bounded(machine, most).start(600.0, 0.3e6).advance(rows) for most in (0, 1000)]
+    assert np.array_equal(*tables)
+
+
+def test_a_step_cut_short_is_near_the_exact_one():
+    machine = load_machine("dtu_gas_bearing")
+    exact, fast = (bounded(machine, most).start(600.0, 0.3e6) for most in (0, 30))
+    layout, worst = fast.assembly.film, 0.0
+    for row in violent(1500):
+        fast.restore(exact.save())
+        exact.advance(row[None])
+        fast.advance(row[None])
+        journals = [s.w[layout.journal : layout.journal + 2] for s in (exact, fast)]
+        worst = max(worst, float(np.abs(np.subtract(*journals)).max()) / machine.films[0].clearance)
+    assert worst < 0.1

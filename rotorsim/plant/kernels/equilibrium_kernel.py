@@ -17,6 +17,7 @@ Cites: kelley_1998, rockafellar_1976.
 from __future__ import annotations
 
 from reynolds.film import force, stored
+from reynolds.grid import CONVERGENCE
 from reynolds.jit import inlined, kernel
 from reynolds.transient import (
     FIRST_STEP,
@@ -242,7 +243,7 @@ def rest_films(w):
         for k in range(FILM.n_inj):
             plenum = v[FILM.plenum + k]
             v[FILM.plenum_1 + k] = v[FILM.plenum_2 + k] = v[FILM.plenum_3 + k] = v[FILM.plenum_old + k] = plenum
-        for k in range(8):
+        for k in range(CONVERGENCE):
             v[FILM.convergence + k] = 0.0
 
 

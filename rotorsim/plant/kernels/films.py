@@ -19,8 +19,6 @@ from reynolds.film import closest_places, smallest_gap
 from reynolds.jit import inlined, kernel, view
 from reynolds.newton import (
     ITERATIONS,
-    MOST,
-    STALE_FACTORS,
     begin_correction,
     eliminate_small,
     finish_correction,
@@ -109,8 +107,6 @@ def iterate_films(w, ix, P, speed, iadt, tolerance, patient, careful):
             begin_correction(v, numbers, F, FILM, speed * F.radius, iadt, careful or n >= 4)
         if done:
             return n
-        if n == MOST:
-            return STALE_FACTORS
         size = correct_films(w, ix, P)
         n += 1
         first[FILM.convergence + ITERATIONS] += 1.0

@@ -7,17 +7,36 @@ A step that does not converge is taken back and repeated as two of half the size
 Where a journal is in contact or moves towards it, a step whose error, by the third-order method in its stages
 (`modal_rotor.embedded_error`), is too large is repeated as four, and the steps that follow are as small until four of
 them would have been within the limit as one. Elsewhere no bit depends on this.
+
+Where `solver.corrections` bounds a step's work, it is never repeated: a stage out of room keeps its last correction,
+or, where that is far off, the films of the step's start.
 """
 
 from __future__ import annotations
 
 import math
 
-from reynolds.film import force
+from reynolds.film import force, thickness
 from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
-from reynolds.newton import FAR, FRESH, NOT_CONVERGED, STALE_FACTORS, SURPRISE, newton, refresh
-from reynolds.transient import GAMMA, STAGE, TO_END, end_stage, predict, stage_rhs, take_back
+from reynolds.newton import (
+    CUT,
+    FACTORISATIONS,
+    FAR,
+    FRESH,
+    ITERATIONS,
+    LIMIT,
+    NOT_CONVERGED,
+    OVERRUNS,
+    PRICE,
+    STALE_FACTORS,
+    SURPRISE,
+    cut_short,
+    newton,
+    refresh,
+    room_left,
+)
+from reynolds.transient import GAMMA, STAGE, TO_END, TO_MID, TRUST, end_stage, predict, stage_rhs, take_back
 from reynolds.vectors import wide_vectors
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
@@ -65,6 +84,8 @@ HELD = 0.2
 """Share of an error that lasts where the film holds the journal; chosen by hits against steps of 2 us."""
 INEXACT = -3
 """Status of a step whose error near contact is too large."""
+RESERVE = 3.0
+"""Corrections that bounded work keeps for the second stage."""
 SETTLINGS = 4
 """Corrections of journals in contact, each as cheap as a reading of the gap, before the films are solved."""
 
@@ -229,6 +250,31 @@ def contacts_agree(w, P, speed, adt):
     return True
 
 
+@inlined
+def journals_moved(w, P):
+    """Largest move of a journal since its contacts were linearised, in clearances."""
+    most = 0.0
+    for f in range(ROTOR.n_films):
+        v, s = film_part(w, f), ROTOR.journal_before + 2 * f
+        moved = abs(v[FILM.journal] - w[s]) + abs(v[FILM.journal + 1] - w[s + 1])
+        most = max(most, moved / film_constants(P, f).clearance)
+    return most
+
+
+@inlined
+def hold_films(w, P, speed, adt):
+    """Films as at the step's start, and journals where these and contacts take them, for an answer that is far off."""
+    for f in range(ROTOR.n_films):
+        take_back(film_part(w, f), FILM)
+        w[ROTOR.contact + f] = 0.0
+    guess_journals(w)
+    journal_equation(w, P, speed, adt)
+    if RIG.n_contact > 0:
+        settle_contacts(w, P, speed, adt)
+    for f in range(ROTOR.n_films):
+        thickness(film_part(w, f), film_constants(P, f), FILM)
+
+
 @kernel
 def solve_stage(w, ix, P, speed, adt):
     """Films, plena, journals and contacts of a stage: the contacts' linearisation is repeated until it holds."""
@@ -238,7 +284,8 @@ def solve_stage(w, ix, P, speed, adt):
     if RIG.n_contact > 0:
         settle_contacts(w, P, speed, adt)
     if w[FILM.convergence + FRESH] > 0.0:
-        factorise(w, ix, P, speed, 1.0 / adt)
+        if room_left(w, FILM.convergence) > PRICE:
+            factorise(w, ix, P, speed, 1.0 / adt)
         w[FILM.convergence + FRESH] = 0.0
     for _ in range(30):
         for f in range(ROTOR.n_films):
@@ -246,7 +293,12 @@ def solve_stage(w, ix, P, speed, adt):
             w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
         if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
             return NOT_CONVERGED
-        if RIG.n_contact == 0 or contacts_agree(w, P, speed, adt):
+        agreed = RIG.n_contact == 0 or contacts_agree(w, P, speed, adt)
+        if not agreed and room_left(w, FILM.convergence) < 1.0:
+            cut_short(w, FILM.convergence, journals_moved(w, P))
+        if w[FILM.convergence + CUT] > TRUST:
+            hold_films(w, P, speed, adt)
+        if agreed or w[FILM.convergence + CUT] > 0.0:
             return 1
         journal_equation(w, P, speed, adt)
     return NOT_CONVERGED
@@ -272,7 +324,11 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
         move_rotor(w, ROTOR, adt)
         if RIG.n_motion == 0:
             return 1
-        if missed_motion(w, P, t, angle, speed, adt) < P.motion_tolerance:
+        missed = missed_motion(w, P, t, angle, speed, adt)
+        if missed < P.motion_tolerance:
+            return 1
+        if room_left(w, FILM.convergence) < 1.0:
+            cut_short(w, FILM.convergence, missed * P.tolerance / P.motion_tolerance)
             return 1
         correct_motion(w, P, t, angle, speed, adt)
     return NOT_CONVERGED
@@ -380,18 +436,32 @@ def contact_error(w, P, dt, adt):
     return worst
 
 
+@inlined
+def allow_work(w, P, stage):
+    """Bound the work of a stage by what the step's leaves to it."""
+    c = FILM.convergence
+    if stage == TO_MID:
+        w[c + LIMIT] = w[c + ITERATIONS] + PRICE * w[c + FACTORISATIONS] + P.corrections - RESERVE
+    else:
+        w[c + LIMIT] += RESERVE
+    w[c + CUT] = 0.0
+
+
 @kernel
 def try_step(w, ix, P, dt):
     """One TR-BDF2 step; returns 1, or NOT_CONVERGED or INEXACT with the film taken back (the rotor's start stays)."""
     wide_vectors()
     adt = STAGE * dt
     order = int(w[ROTOR.order])
+    overrun = 0.0
     for stage in range(2):
         tau = dt if stage == TO_END else GAMMA * dt
         acceleration = w[ROTOR.acceleration]
         speed = w[ROTOR.speed] + acceleration * tau
         angle = w[ROTOR.angle] + (w[ROTOR.speed] + 0.5 * acceleration * tau) * tau
         t = w[ROTOR.time] + tau
+        if P.corrections > 0.0:
+            allow_work(w, P, stage)
         if adt != w[ROTOR.matrix_step] or abs(speed - w[ROTOR.matrix_speed]) > SPEED_STEP:
             new_step = adt != w[ROTOR.matrix_step]
             form(w, P, speed, adt)
@@ -404,7 +474,7 @@ def try_step(w, ix, P, dt):
             take_films_back(w)
             w[ROTOR.matrix_step] = 0.0
             return NOT_CONVERGED
-        if RIG.n_contact > 0 and stage == TO_END:
+        if RIG.n_contact > 0 and stage == TO_END and P.corrections == 0.0:
             error = contact_error(w, P, dt, adt)
             if error > ALLOWED and FINEST * dt > P.dt:
                 take_films_back(w)
@@ -412,13 +482,15 @@ def try_step(w, ix, P, dt):
                 return INEXACT
             w[ROTOR.error] = max(w[ROTOR.error], error)
         for f in range(ROTOR.n_films):
-            end_stage(film_part(w, f), FILM, stage, adt)
+            end_stage(film_part(w, f), FILM, stage, adt, w[FILM.convergence + CUT])
             if w[ROTOR.contact + f] != 0.0:
                 w[ROTOR.touched] = 1.0
+        overrun = 1.0 if w[FILM.convergence + CUT] > 0.0 else overrun
         end_rotor_stage(w, ROTOR, stage, adt)
         if RIG.n_braking > 0:
             book_torque(w, P, stage, t, angle, speed, adt, dt)
-    w[ROTOR.order] = min(order + 1, 3)
+    w[FILM.convergence + OVERRUNS] += overrun
+    w[ROTOR.order] = 0.0 if overrun > 0.0 else min(order + 1, 3)
     advance_clock(w, dt)
     return 1
 
@@ -470,7 +542,7 @@ def step(w, ix, P):
             if status == INEXACT:
                 largest = part
             w[ROTOR.order] = 0.0
-            if part == 0:
+            if part == 0 or P.corrections > 0.0:
                 return NOT_CONVERGED
     if part < largest:
         w[ROTOR.order] = 0.0
