@@ -58,6 +58,7 @@ from rotorsim.discrepancy.fit import (
     ONE_FAR,
     ParameterFit,
     covariance,
+    fall,
     far_off_file,
     far_places,
     finished,
@@ -191,6 +192,8 @@ FAINT_HINT = 2 * ONE_FAR
 """Fall of the sum of squares by an effect from which on a note states it where no name is given."""
 FINER = 0.1
 """Share by which the tolerance that records show is below the declared one where a law is fitted with it."""
+FORETOLD = 2.0
+"""Multiple of the fall of the sum of squares that sensitivities foretell, beyond which no fit is taken to come."""
 EXACT = (
     "with the law the records agree with the machine to {:.2g} % of a line, better than the declared tolerance of "
     "{:.2g} %: its numbers are fitted with that"
@@ -563,6 +566,13 @@ class DiagnosisRun:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law."""
         return finished(self.fitted, replace(fit, parameters=(*fit.parameters, SHEAR)), central=False)
 
+    def _as_near(self, rival: Hypothesis, reach: float) -> Hypothesis:
+        """The rival of a law as near the records as it comes: converged where it may come within a sum of squares."""
+        fit = replace(rival.fit, parameters=(*rival.fit.parameters, SHEAR))
+        fit = replace(fit, J=self.fitted.jacobian(fit.point, fit.parameters))
+        far = replace(rival, fit=replace(fit, cost=fit.cost - FORETOLD * fall(fit)))
+        return far if priced(far) > reach else replace(rival, fit=self._with_shear(rival.fit))
+
     def _without_name(
         self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
     ) -> Diagnosis:  # fmt: skip
@@ -592,7 +602,7 @@ class DiagnosisRun:
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
         law, known = laws[0], base.cost
         if rival is not None and known - _priced(law) >= CLEAR:  # both stand next to a calibration that has converged
-            rival = replace(rival, fit=self._with_shear(rival.fit))
+            rival = self._as_near(rival, _priced(law) + CLEAR)
             known = min(known, priced(rival))
         if known - _priced(law) < CLEAR:
             return ""

@@ -38,6 +38,7 @@ from rotorsim.discrepancy.discovery import (
     written,
 )
 from rotorsim.discrepancy.fit import ParameterFit, recalibrate, relinearised
+from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.judge import Judgement
 from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion, law_places, probe_answers
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
@@ -521,6 +522,18 @@ def test_a_tie_or_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_
         left = given.judgement
         assert (left.verdict.status, left.verdict.best, left.left, left.worse) == ("unknown", None, 2, ("one",))
         assert {(e.effects, e.beyond): e.probability for e in left.odds} == {(BOW, True): 0.96, ((), False): 0.04}
+
+
+@pytest.mark.parametrize(("reach", "converged"), [(100.0, False), (400.0, True)])
+def test_a_rival_of_a_law_is_fitted_on_only_where_that_may_bring_it_within_reach(reach, converged, monkeypatch):
+    """Nine numbers can take away 4 each and the shear, whose prior is 0.5, a fifth of that; twice of it is granted."""
+    J, residual = np.eye(100)[:, :10], np.full(100, 2.0)
+    fit = ParameterFit((FitParameter("shaft_stiffness", 0.01),) * 9, ParameterPoint(), residual, J, 400.0)
+    run = DiagnosisRun(None, None, {"fit": SimpleNamespace(jacobian=lambda point, own: J)}, (), [], 0.0, print)
+    monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=-1.0))
+    rival = Hypothesis((SimpleNamespace(parameters=()),), fit, 0.0, 0.0, 0.0)
+    found = run._as_near(rival, reach).fit
+    assert found.cost == (-1.0 if converged else pytest.approx(400.0 - 2 * (9 * 4.0 + 4.0 / 5)))
 
 
 @pytest.mark.parametrize(("after", "place"), [((3.0, 4.0), "disc 1"), ((4.0, 3.0), "disc 2")])
