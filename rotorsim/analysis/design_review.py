@@ -314,7 +314,7 @@ def design_review(
 
 
 def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) -> xr.Dataset:
-    """What moves the reserves of a design review: a review for each value of the machine, changed alone by `CHANGED`.
+    """Slopes of a design review's reserves: a review for each value of the machine, changed alone by `CHANGED`.
 
     Parameters
     ----------
@@ -351,6 +351,7 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
     slope = np.full((len(begun), len(paths)), np.nan)
     for k, path in enumerate(paths):
         value, spec = known[path]
+        assert spec is not None
         unit = "" if spec.unit == "1" else f" {spec.unit}"
         try:
             moved = _reserves(Plant(plant.machine.replace(path, f"{value * (1 + CHANGED)!r}{unit}")), pressure)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import subprocess
 import sys
+import warnings
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -23,7 +24,8 @@ import orjson
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import StreamingResponse
 
-from rotorsim.base.errors import DataError, MachineFileError, RotorsimError
+from fe_shaft.rotor import is_saved_rotor
+from rotorsim.base.errors import DataError, MachineFileError, NotCarried, RotorsimError
 from rotorsim.base.processes import Child, ProcessDiedError
 from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
 from rotorsim.desk.page import show_desk
@@ -31,7 +33,7 @@ from rotorsim.desk.panels import PANELS, SLOW, TITLES, DesignCase, DeskPoint, an
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.starts import STARTS, begin, free
 from rotorsim.live.serving import Announce, print_address, serve, with_page
-from rotorsim.machine import machine_text, shipped_machines
+from rotorsim.machine import from_ross, machine_text, shipped_machines
 from rotorsim.machine.schema import Machine
 from rotorsim.report.design import design_page
 from rotorsim.report.machine_sketch import side_view
@@ -60,7 +62,7 @@ class DesignDesk:
         design = self.design
         if design is None:
             starts = [{"key": key, "title": one.title, "text": one.text} for key, one in STARTS.items()]
-            files = sorted(path.name for path in self.folder.glob("*.toml"))
+            files = [path.name for path in _files(self.folder)]
             return {"revision": 0, "starts": starts, "shipped": list(shipped_machines()), "files": files[:200]}
         short = {"revision": design.revision, "saved": design.saved, "changed": design.changed_on_disk(),
                  "file": str(design.path)}  # fmt: skip
@@ -133,15 +135,25 @@ def _start(desk: DesignDesk, values: Mapping[str, str]) -> None:
 
 def _open(desk: DesignDesk, values: Mapping[str, str]) -> None:
     name = values.get("name", "")
-    inside = name in {path.name for path in desk.folder.glob("*.toml")}
+    inside = name in {path.name for path in _files(desk.folder)}
     if not inside and name not in shipped_machines():
         raise RefusedError(
             f"{name[:80]!r} is neither a shipped machine nor a file of {desk.folder}", argument="", value=name
         )
-    if inside:
+    if inside and is_saved_rotor(desk.folder / name):
+        with warnings.catch_warnings(record=True, action="always", category=NotCarried) as left:
+            machine = from_ross(desk.folder / name)
+        _put(desk, Design(machine.text, free(desk.folder, f"{machine.name}_of_ross")))
+        desk.remark = " ".join(["This is the machine of a rotor that ROSS saved.", *(str(one.message) for one in left)])
+    elif inside:
         _put(desk, open_design(desk.folder / name))
     else:
         _put(desk, Design(machine_text(name), free(desk.folder, name)))
+
+
+def _files(folder: Path) -> list[Path]:
+    """Machine files of a folder, and those of rotors that ROSS saved."""
+    return sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".json") and path.is_file())
 
 
 def _put(desk: DesignDesk, design: Design) -> None:

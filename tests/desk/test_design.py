@@ -3,19 +3,21 @@
 import subprocess
 import sys
 import tomllib
+import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from random_edits import edits
-from rotorsim.base.errors import MachineFileError
+from rotorsim.base.errors import MachineFileError, NotCarried
 from rotorsim.base.files import WriteError
 from rotorsim.desk import Design, open_design
 from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.server import DesignDesk
 from rotorsim.desk.starts import STARTS, begin
-from rotorsim.machine import Machine, machine_text, shipped_machines
+from rotorsim.machine import Machine, from_ross, machine_text, shipped_machines
 
 
 def test_a_bare_number_takes_the_unit_of_the_field_and_all_other_bytes_stay(design):
@@ -294,3 +296,16 @@ def test_design_a_is_kept_and_changes_places_with_the_text_as_one_edit(design):
     assert design.machine.discs[0].mass == 5
     design.undo()
     assert design.text == begun
+
+
+def test_a_rotor_that_ross_saved_is_opened_as_a_machine_of_its_own(tmp_path):
+    saved = Path(__file__).parents[1] / "fe_shaft" / "ross_compressor.json"
+    (tmp_path / "compressor.json").write_bytes(saved.read_bytes())
+    (tmp_path / "other.json").write_text("[]")
+    desk = DesignDesk(None, tmp_path)
+    assert "refused" in desk.act("open", {"name": "other.json"}) and desk.design is None
+    assert "refused" not in desk.act("open", {"name": "compressor.json"}) and desk.remark
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotCarried)
+        assert desk.design.machine == from_ross(saved, "compressor")
+    assert desk.design.path.suffix == ".toml" and not desk.design.path.exists()

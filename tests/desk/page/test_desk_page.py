@@ -35,8 +35,8 @@ def field(page, path):
 def settled(page):
     """Wait until every panel shows the design as it is."""
     page.wait_for_function(
-        "fetch('desk?known=-1').then((r) => r.json()).then((s) => [...document.querySelectorAll('[data-panel]:not([data-slow])')].every("
-        "(one) => Number(one.dataset.revision) === s.revision))"
+        "fetch('desk?known=-1').then((r) => r.json()).then((s) => [...document.querySelectorAll("
+        "'[data-panel]:not([data-slow])')].every((one) => Number(one.dataset.revision) === s.revision))"
     )
 
 
