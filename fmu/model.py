@@ -7,6 +7,7 @@ Of every unit two C files are written: sizes and offsets (tables.h), variables a
 import hashlib
 import json
 import re
+import struct
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,6 +31,7 @@ from rotorsim.machine.limits import friction_heat, hottest
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.kernels.layout import COLUMNS, HEAT_COLUMNS
+from rotorsim.plant.simulation import Simulation
 
 LONGEST_NAME = 60
 """Characters of an identifier that compilers and file systems take besides the suffix."""
@@ -298,6 +300,30 @@ def pressure_nodes(a: Assembly) -> list[tuple[int, int]]:
     columns = [lower, inside[:, :0:-1], inside, upper] if L.half else [lower, inside, upper]
     nodes = np.hstack(columns)
     return [(int(i), int(j)) for i, j in zip(nodes[:, :-1].ravel(), nodes[:, 1:].ravel(), strict=True)]
+
+
+STEPPING = 2
+"""Phase of a unit between two steps, in C."""
+FNV_BASIS, FNV_PRIME = 1469598103934665603, 1099511628211
+"""Start and factor of the check sum of a state."""
+
+
+def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
+    """A serialised state, at time 0, of a unit that goes on from a simulation of its plant.
+
+    Raises DataError for a simulation of another machine.
+    """
+    a, own = unit.assembly, simulation.assembly
+    if own.machine.hash != a.machine.hash or simulation.w.size != a.w.size:
+        raise DataError(f"simulation: is of {own.machine.name}, another machine than that of the unit; start its own")
+    values = {store: [v.start or 0.0 for v in unit.variables if v.store == store] for store in ("input", "turned")}
+    numbers = [0.0, np.inf, simulation.w[a.rig.seed]]
+    held = np.concatenate([values["input"], np.zeros(a.columns + EXTRA_COLUMNS), a.numbers, values["turned"], [0.0]])
+    content = struct.pack("<q3d4q", 0, *numbers, STEPPING, 0, 0, 0) + held.tobytes() + simulation.w.tobytes()
+    check, size = FNV_BASIS, struct.calcsize("<8s40s2Q") + len(content)
+    for byte in content:
+        check = ((check ^ byte) * FNV_PRIME) % 2**64
+    return struct.pack("<8s40s2Q", MAGIC.encode(), unit.hash.encode(), size, check) + content
 
 
 def identifier(unit: Unit) -> str:

@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fmu import export as _export, importer as _importer, ssp as _ssp
+from fmu import check as _check, export as _export, importer as _importer, ssp as _ssp
 from fmu.export import choose
 from fmu.linear_units import LawUnit
+from fmu.model import PlantUnit, state_of
 from identification import LpvModel
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import named
@@ -23,12 +24,12 @@ from rotorsim.plant import Plant
 if TYPE_CHECKING:
     from fmu.check import Check
     from fmu.linear_units import LinearUnit
-    from fmu.model import PlantUnit
+    from rotorsim.plant.simulation import Simulation
 
 MODEL_FILES = (".json", ".mat")
 Subject = Plant | Machine | LpvModel | Law | str | Path
 
-__all__ = ["check", "export", "info", "law_code", "system"]
+__all__ = ["check", "export", "info", "law_code", "state", "system"]
 
 
 def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> PlantUnit | LinearUnit | LawUnit:
@@ -154,9 +155,24 @@ def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
     >>> all(one.passed is not False for one in rs.fmu.check("rotor.fmu"))
     True
     """
-    from fmu.check import check as checks
+    return _check.check(Path(path), duration)
 
-    return checks(Path(path), duration)
+
+def state(path: str | Path, simulation: Simulation) -> bytes:
+    """State from which an instance of a plant's unit goes on as a simulation would, e.g. one that is on its orbit.
+
+    An importer deserialises it and sets it in place of the initialisation; the time there is 0. Raises DataError for
+    a unit that holds no plant, or that of another machine.
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> start = rs.fmu.state("rotor.fmu", plant.start(300.0, 0.5e6, begin="orbit"))  # doctest: +SKIP
+    """
+    unit = _check.model_of(Path(path))
+    if not isinstance(unit, PlantUnit):
+        raise DataError(f"{path}: holds no plant, whose state a simulation is; give the unit of a plant")
+    return state_of(unit, simulation)
 
 
 def info(path: str | Path) -> dict[str, Any]:

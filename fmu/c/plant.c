@@ -93,7 +93,16 @@ bool unit_initialise(Unit *u) {
     return u->s.settled;
 }
 
-bool unit_refresh(Unit *u) { return u->s.phase != INITIALISING || unit_initialise(u); }
+/* Outputs of an equilibrium, or of a state that was computed elsewhere, which are not in it. */
+bool unit_refresh(Unit *u) {
+    double row[6];
+    if (u->s.settled || u->s.phase == INITIALISING) return unit_initialise(u);
+    gather(u);
+    if (!hold_inputs(u, row)) return false;
+    serve(u, READ_OUT, row);
+    u->s.settled = 1;
+    return true;
+}
 
 bool unit_film_pressure(Unit *u, double *values) {
     for (int k = 0; k < N_PRESSURE; k++)
@@ -152,6 +161,7 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
     double row[6];
     State *s = &u->s;
     int64_t n = unit_samples_in(u, now, length, &outcome), touched = 0;
+    if (n && !unit_refresh(u)) n = 0, outcome = FAILED;
     double from = s->w[W_COMMAND];
     s->event = 0;
     gather(u);

@@ -7,9 +7,13 @@ from fmu.check import plant_outputs
 from fmu.export import plant_unit
 from fmu.importer import reference_inputs
 from fmu.turned import turned_numbers, value_of
+from fmu.variables import ROW
+from rotorsim.base.errors import DataError
+from rotorsim.fmu import state
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import assemble
+from rotorsim.plant.kernels.layout import AT
 
 SAMPLE = 2e-4
 PATHS = {"bearing.": "bearings.1."}
@@ -120,3 +124,26 @@ def test_a_pressure_below_vacuum_is_refused_at_the_ambient_pressure_that_was_set
     assert "below vacuum at gas.ambient_pressure = 50000 Pa" in fresh.messages[-1]
     fresh.set({"injection.pressure": 0.3e6})
     fresh.step(0.0, SAMPLE)
+
+
+@pytest.mark.parametrize("begin", ["orbit", "moving"])
+def test_a_unit_goes_on_from_a_state_of_python_with_its_bits(units, files, model, begin):
+    unit, inputs = units[3], reference_inputs(model, 60, SAMPLE)
+    inputs["shaft.speed_ref"] += 300.0
+    rows = np.column_stack([inputs.get(name, np.zeros(60)) for name in ROW])
+    simulation = model.plant.start(300.0, model.pressure, 7, "orbit" if begin == "orbit" else "rest")
+    if begin == "moving":
+        simulation.advance(rows[:20])
+    start = state(files[3], simulation)
+    truth = simulation.advance(rows)
+    instance = unit.instance()
+    instance.restore(start)
+    found = instance.run(inputs, SAMPLE, ["disc.x", "disc.y", "shaft.speed", "meas.disc_x"])
+    for k, name in enumerate(("disc_x", "disc_y", "speed", "disc_measured_x")):
+        assert found[:-1, k].tobytes() == truth[:, AT[name]].tobytes(), name
+    instance.close()
+
+
+def test_a_state_of_another_machine_is_refused(files):
+    with pytest.raises(DataError, match="another machine"):
+        state(files[3], Plant("dtu_gas_bearing").start(0.0, 0.3e6))
