@@ -411,19 +411,19 @@ class Stages:
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         now = time.monotonic()
-        elapsed = now - self.begin
+        elapsed, number = now - self.begin, list(STAGES).index(stage) + 1
+        text = f"{STAGES[stage]} ({number} of {len(STAGES)})"
         if not on_terminal():
             if stage not in self.seen or now - self.printed > QUIET:
                 more = f": step {self.steps}, {elapsed:.0f} s" if stage in self.seen else ""
-                print(f"{STAGES[stage]}{more}", file=sys.stderr, flush=True)
+                print(f"{text}{more}", file=sys.stderr, flush=True)
                 self.printed = now
             self.seen.add(stage)
             return
         if new and elapsed > 0.5:
             end_line()
-        number = list(STAGES).index(stage) + 1
         bar = "#" * number + "." * (len(STAGES) - number)
-        line(f"[{bar}] {STAGES[stage]}: step {self.steps}, {elapsed:.0f} s")
+        line(f"[{bar}] {text}: step {self.steps}, {elapsed:.0f} s")
 
 
 @dataclass

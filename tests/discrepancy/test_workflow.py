@@ -5,8 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from identification import save
 from refusals import refused
 from rotorsim.base.errors import DataError
+from rotorsim.cli import main
 from rotorsim.discrepancy import diagnose, hide
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.machine_file import difference
@@ -105,3 +107,27 @@ def test_exchanged_channels_are_noticed(machine, models, recorded):
 def test_an_effect_that_cannot_be_hidden_is_refused_in_a_sentence(machine, truth_plant):
     with refused(DataError, "effects", "supply_droop"):
         hide(machine, ["supply_droop"], twin=truth_plant)
+
+
+@pytest.mark.parametrize(
+    ("stated", "code", "words"),
+    [(5e-9, 12, "in place of the stated 0.005 um nothing would disagree"), (5e-8, 0, ""),
+     (5e-7, 0, "stated accuracy of 0.5 um is coarser than that")],
+)  # fmt: skip
+def test_an_accuracy_ten_times_too_good_or_too_coarse_is_in_the_headline(
+    recorded, tmp_path, capsys, stated, code, words
+):
+    """1X of each record errs by some 0.04 um: the sentence of the command names the statement that contradicts it."""
+    records, _ = recorded()
+    for i, record in enumerate(records):
+        error = np.random.default_rng([9, i]).normal(0, 4e-8, (2, 2))
+        wave = np.exp(1j * record["angle_measured"].values)[:, None]
+        moved = record["disc_measured"].values + (wave * (error[0] + 1j * error[1])).real
+        record["disc_measured"] = record["disc_measured"].copy(data=moved)
+        save(record.assign_attrs(accuracy=stated), tmp_path / f"{record.attrs['record']}.nc")
+    effects = [part for name in FEW for part in ("--effect", name)]
+    with pytest.raises(SystemExit) as end:
+        main(["diagnose", "plain_rotor", str(tmp_path), *effects, "--out", str(tmp_path / "out"), "--no-report"])
+    headline = next(line for line in capsys.readouterr().out.splitlines() if "isagree" in line or "Unknown" in line)
+    assert end.value.code == code and words in headline
+    assert ("One statement contradicts the data" in headline) == bool(words)
