@@ -14,8 +14,9 @@ from rotorsim.base.errors import MachineFileError, NotCarried
 from rotorsim.base.files import WriteError
 from rotorsim.desk import Design, open_design
 from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
+from rotorsim.desk.panels import DeskPoint
 from rotorsim.desk.parts import listed, problem_fields
-from rotorsim.desk.server import DesignDesk
+from rotorsim.desk.server import DesignDesk, answer_of
 from rotorsim.desk.starts import STARTS, begin
 from rotorsim.machine import Machine, from_ross, machine_text, shipped_machines
 
@@ -309,3 +310,21 @@ def test_a_rotor_that_ross_saved_is_opened_as_a_machine_of_its_own(tmp_path):
         warnings.simplefilter("ignore", NotCarried)
         assert desk.design.machine == from_ross(saved, "compressor")
     assert desk.design.path.suffix == ".toml" and not desk.design.path.exists()
+
+
+@pytest.mark.nightly
+def test_forty_minutes_of_edits_lose_none_and_are_all_undone(tmp_path):
+    """Two acts a second at a machine on springs; every tenth design is answered."""
+    desk = DesignDesk(None, tmp_path)
+    desk.act("start", {"key": "springs"})
+    design, begun = desk.design, desk.design.text
+    for number, (act, values) in enumerate(edits(np.random.default_rng(5), design, 40 * 60 * 2)):
+        assert desk.act(act, values).keys() <= {"chosen", "refused"}
+        assert design.machine is not None and not design.problems and not design.unkept
+        assert design.unsaved.read_text(encoding="utf-8") == design.text or design.saved
+        if number % 10 == 0:
+            for name in ("campbell", "static", "limits"):
+                assert answer_of(design.text, DeskPoint(), name)["title"]
+    while design.before:
+        design.undo()
+    assert design.text == begun
