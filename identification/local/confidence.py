@@ -223,7 +223,7 @@ class ResidualTests:
 
     @property
     def verdict(self) -> str:
-        """What the tests mean for the model: colour is allowed for, what is left of the inputs is missing from it."""
+        """Meaning of the tests for the model: colour is allowed for, a response to the inputs that is left is missing."""
         if not self.independent:
             return "correlated with the inputs: the model lacks part of the response"
         good = "independent of the inputs: the model holds their response"

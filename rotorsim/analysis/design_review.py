@@ -73,6 +73,8 @@ SAME_PLANE = 0.08
 """Distance of two planes, over the shaft's length, up to which unbalances in them are one case."""
 NEAR = 0.08
 """Distance of a peak of the response from a critical speed, over it, up to which it is that of the mode."""
+ROUNDED = 1e-9
+"""Motion of a place, over the largest one along the shaft, up to which it is a node's, known to rounding alone."""
 UNSEEN = 1e-9
 """Response [m, 0-pk] below which a peak is rounding."""
 TURNS = np.linspace(0, 2 * np.pi, 48, endpoint=False)
@@ -601,7 +603,8 @@ def _responses(
             D = model.dynamic_stiffness(1j * speed)
             q = np.linalg.solve(D, np.column_stack([_force(plant, c, speed, len(D)) for c in cases]))
         x = np.einsum("paj,jc->cpa", rows, q[: rows.shape[2]])
-        major[:, k] = half_axes(x[..., 0], x[..., 1])[0]
+        size = half_axes(x[..., 0], x[..., 1])[0]
+        major[:, k] = np.where(size > ROUNDED * size.max(axis=1, keepdims=True), size, 0.0)
     known = [(node.at, damping_of(found, node)) for node in found.followed.nodes if node.pencil is not None]
     zeta = np.interp(speeds, *np.array(known).T) if known else np.full(len(speeds), np.nan)
     return xr.Dataset(

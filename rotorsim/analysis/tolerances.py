@@ -303,8 +303,12 @@ class Task:
     highest: float
 
 
-def _rows(task: Task, machines: Sequence[tuple[Any, ...]], starts: Sequence[Sequence[float]]) -> list[dict[str, float]]:
-    """Quantities [SI] of machines with these values, in this process or another."""
+def _rows(
+    task: Task, machines: Sequence[tuple[Any, ...]], starts: Sequence[Sequence[float]] | None
+) -> list[dict[str, float]]:
+    """Quantities [SI] of machines with these values, in this process or another; searched wholly without starts."""
+    if starts is None:
+        return [whole_row(task, values) for values in machines]
     return [row_of(task, values, start) for values, start in zip(machines, starts, strict=True)]
 
 
@@ -542,9 +546,9 @@ def random_machines(
     values = np.column_stack([one.at(column) for one, column in zip(variations, shares.T, strict=True)])
     machines = [tuple(v.text(x) for v, x in zip(variations, row, strict=True)) for row in values]
     run = each or (lambda function, calls: spread(function, calls, workers))
-    rows = _all_rows(task, machines, shares, run, progress)
+    rows, whole = _all_rows(task, machines, shares, run, progress)
     rows = [in_order(row) for row in rows]
-    confirmed = _confirmed(task, machines, rows, run)
+    confirmed = _confirmed(rows, whole)
     return _result(plant, task, variations, values, rows, task_names, requirements, confirmed)
 
 
@@ -585,21 +589,31 @@ def compared(row: dict[str, float], whole: dict[str, float]) -> dict[str, float]
 def _all_rows(
     task: Task, machines: Sequence[tuple[Any, ...]], shares: np.ndarray, run: Spread,
     progress: Callable[[int, int], None] | None,
-) -> list[dict[str, float]]:  # fmt: skip
-    """Rows of all machines: first those that start at the nominal speeds, then those whose starts are predicted."""
+) -> tuple[list[dict[str, float]], dict[int, dict[str, float]]]:  # fmt: skip
+    """Rows of all machines, and by their numbers those of the machines that are searched wholly, too.
+
+    Machines that start at the nominal speeds come first, then those whose starts are predicted and the whole searches.
+    """
     rows: list[dict[str, float]] = [{} for _ in machines]
     starts = np.tile([one.speed for one in task.followed], (len(machines), 1))
+    chosen = np.linspace(0, len(machines) - 1, WHOLE).round().astype(int).tolist() if task.followed else []
+    whole: dict[int, dict[str, float]] = {}
     for part in (range(min(PILOT, len(machines))), range(min(PILOT, len(machines)), len(machines))):
         if part.start:
             starts[part.start :] = _predicted(task, rows[: part.start], shares)[part.start :]
         chunks = [part[i : i + CHUNK] for i in range(0, len(part), CHUNK)]
-        calls = [(task, [machines[k] for k in chunk], [starts[k].tolist() for k in chunk]) for chunk in chunks]
+        long = list(dict.fromkeys(chosen)) if part.start else []
+        calls = [(task, [machines[k]], None) for k in long]
+        calls += [(task, [machines[k] for k in chunk], [starts[k].tolist() for k in chunk]) for chunk in chunks]
         for number, found in run(_rows, calls) if calls else ():
-            for k, row in zip(chunks[number], found, strict=True):
+            if number < len(long):
+                whole[long[number]] = found[0]
+                continue
+            for k, row in zip(chunks[number - len(long)], found, strict=True):
                 rows[k] = row
             if progress:
                 progress(sum(map(bool, rows)), len(rows))
-    return rows
+    return rows, whole
 
 
 def _predicted(task: Task, rows: Sequence[dict[str, float]], shares: np.ndarray) -> np.ndarray:
@@ -620,14 +634,11 @@ def _predicted(task: Task, rows: Sequence[dict[str, float]], shares: np.ndarray)
     return starts
 
 
-def _confirmed(task: Task, machines: Sequence[Any], rows: Sequence[dict[str, float]], run: Spread) -> dict[str, float]:
+def _confirmed(rows: Sequence[dict[str, float]], whole: dict[int, dict[str, float]]) -> dict[str, float]:
     """Largest relative difference of each followed quantity to whole searches of some of the machines."""
-    if not task.followed:
-        return {}
-    chosen = np.unique(np.linspace(0, len(machines) - 1, WHOLE).round().astype(int)).tolist()
     worst: dict[str, float] = {}
-    for number, whole in run(whole_row, [(task, machines[k]) for k in chosen]):
-        for name, apart in compared(rows[chosen[number]], whole).items():
+    for number, searched in whole.items():
+        for name, apart in compared(rows[number], searched).items():
             worst[name] = max(worst.get(name, 0.0), apart)
     return worst
 

@@ -165,6 +165,9 @@ def _criticals(review: DesignReview) -> Block:
             peak and peak.speed * TO_RPM, mode.place or "no peak", _known(peak.amplification) if peak else None, needed,
             found,
         ))  # fmt: skip
+    if not rows:
+        up_to = f"{review.searched[1] * TO_RPM:.0f} rpm"
+        return Block("Critical speeds and mode shapes", f"No mode crosses 1X up to {up_to}, where it was looked at.")
     text = (
         "Crossings of 1X with every mode, ascending. Peaks of the unbalance response are looked for at "
         f"{'; '.join(review.places)}. A factor is by half power, '-' where the flanks are not deep enough, and "
@@ -223,7 +226,7 @@ def _unbalances(review: DesignReview) -> Block:
 def _clearances(review: DesignReview) -> Block:
     rows = [
         (c.place, 1e3 * c.z, *map(_known, (c.gap * TO_UM, c.motion * TO_UM, 100 * c.motion / c.gap, c.speed * TO_RPM)),
-         c.case)
+         c.case if np.isfinite(c.motion) else None)
         for c in review.clearances
     ]  # fmt: skip
     text = (
@@ -276,7 +279,7 @@ def _films(review: DesignReview) -> Block:
 
 
 def _load_text(review: DesignReview) -> str:
-    """How far the films' loads lie from the static ones of the head, where nothing but the weight loads them."""
+    """Distance of the films' loads from the static ones of the head, where nothing but the weight loads them."""
     weight = review.plant.machine.effects.get("gravity", ())
     if len(weight) != 1 or len(review.films) != len(review.loads):
         return ""
@@ -332,7 +335,7 @@ def axial_figure(review: DesignReview) -> go.Figure:
     figure.update_yaxes(title_text="force [N]", row=1, col=1)
     figure.update_xaxes(title_text="speed [rpm]", row=1, col=2)
     figure.update_yaxes(title_text="frequency [Hz]", rangemode="tozero", row=1, col=2)
-    figure.update_yaxes(title_text="damping ratio", row=1, col=2, secondary_y=True, showgrid=False)
+    figure.update_yaxes(title_text="damping ratio", row=1, col=2, secondary_y=True, showgrid=False, tickmode="auto")
     return style(figure, 340)
 
 
