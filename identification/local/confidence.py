@@ -223,7 +223,7 @@ class ResidualTests:
 
     @property
     def verdict(self) -> str:
-        """Meaning of the tests for the model: colour is allowed for, a response to the inputs that is left is missing."""
+        """Meaning of the tests: colour is allowed for, what is left of the inputs is missing from the model."""
         if not self.independent:
             return "correlated with the inputs: the model lacks part of the response"
         good = "independent of the inputs: the model holds their response"

@@ -603,7 +603,7 @@ def _all_rows(
             starts[part.start :] = _predicted(task, rows[: part.start], shares)[part.start :]
         chunks = [part[i : i + CHUNK] for i in range(0, len(part), CHUNK)]
         long = list(dict.fromkeys(chosen)) if part.start else []
-        calls = [(task, [machines[k]], None) for k in long]
+        calls: list[tuple[Any, ...]] = [(task, [machines[k]], None) for k in long]
         calls += [(task, [machines[k] for k in chunk], [starts[k].tolist() for k in chunk]) for chunk in chunks]
         for number, found in run(_rows, calls) if calls else ():
             if number < len(long):
