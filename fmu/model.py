@@ -214,7 +214,7 @@ class PlantUnit(Unit):
         """Sizes and offsets of workspace, parameters and columns, and what ends a run."""
         a = self.assembly
         at = {v.name: v.index for v in self.variables if v.store == "input"}
-        bounded, memory = a.machine.solver.corrections > 0, a.film.convergence
+        bounded, memory = a.machine.solver.corrections is not None, a.film.convergence
         return {
             "STEPS": a.steps_per_sample,
             "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),

@@ -67,7 +67,7 @@ def whirl_onset(
     step = STEP * highest / HIGHEST if step is None else step
     speeds = np.arange(0.0, highest + step / 2, step)
     searches = [LeastDamped.up_to(plant, float(p), highest) for p in pressures]
-    found = np.array([first_loss(search, search.with_kinks(speeds)) for search in searches])
+    found = np.array([search.first_loss(speeds) for search in searches])
     over = ("pressure",)
     return xr.Dataset(
         {
@@ -96,7 +96,7 @@ def stability_limit(
     """
     search = LeastDamped.up_to(plant, pressure, highest)
     steps = np.linspace(0.0, highest, FEWEST + 1) if speeds is None else speeds
-    found = first_loss(search, search.with_kinks(steps), accuracy)
+    found = search.first_loss(steps, accuracy)
     if not np.isfinite(found[0]) and not found[2]:
         search.at(highest)  # which states that no speed carries
     return found
@@ -112,7 +112,7 @@ def onset_beyond(plant: Plant, fastest: float, pressures: Iterable[float]) -> st
     sense, fastest = -1.0 if fastest < 0 else 1.0, abs(fastest)
     for pressure in pressures if fastest < top else ():
         search = replace(LeastDamped.up_to(plant, pressure, top), sense=sense)
-        onset, frequency, looked = first_loss(search, search.with_kinks(np.array([fastest, top])), POINTED)
+        onset, frequency, looked = search.first_loss(np.array([fastest, top]), POINTED)
         complete &= bool(looked) or onset == fastest
         if onset > fastest:
             found.append((onset, frequency))
@@ -198,6 +198,12 @@ class LeastDamped:
         damping, _, proven = self.among(model)
         return damping if proven or damping < -DAMPED else float("nan")
 
+    def first_loss(self, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
+        """The same as the function of this name, at kinks of tables too; not looked for on one over whirl frequency."""
+        if self.plant.assembly.mesh.whirling:
+            return float("nan"), float("nan"), 0.0
+        return first_loss(self, self.with_kinks(speeds), accuracy)
+
     def with_kinks(self, speeds: np.ndarray) -> np.ndarray:
         """Ascending speeds (n,) [rad/s] with those between at which a table of stiffness or damping bends."""
         kinks = self.plant.assembly.mesh.tables.speeds
@@ -216,11 +222,8 @@ class LeastDamped:
 def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
-    Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl. Not looked for on a table over the
-    whirl frequency.
+    Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl.
     """
-    if search.plant.assembly.mesh.whirling:
-        return float("nan"), float("nan"), 0.0
     looked: list[Node] = []
     complete = True
 

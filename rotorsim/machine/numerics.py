@@ -60,9 +60,9 @@ class Solver(Part):
     tolerance: float = quantity(
         "1", "Tolerance of the film pressure, relative to ambient pressure.", 5e-6, above=0, high=1e-3
     )
-    corrections: int = count(
-        "Most corrections of a time step, a factorisation counted as ten; 0: as many as the tolerance takes.",
-        0, low=0, high=1000,
+    corrections: int | None = count(
+        "Most corrections of a time step, a factorisation counted as ten; as many as the tolerance takes when not given.",
+        None, low=1, high=1000, example=50,
     )  # fmt: skip
     modes_per_plane: int = count("Rotor modes kept in each plane.", 6, low=1, high=40)
     minimum_film: float = quantity(

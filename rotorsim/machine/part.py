@@ -46,9 +46,12 @@ def quantity(unit: str, doc: str, default: Any = ..., *, example: float | None =
     return _field(default, Quantity(unit, doc, example=own, **limits))  # type: ignore[arg-type]
 
 
-def count(doc: str, default: int, *, low: int, high: int, multiple: int = 1) -> Any:
+def count(
+    doc: str, default: int | None, *, low: int, high: int, multiple: int = 1, example: int | None = None
+) -> Any:  # fmt: skip
     """A field that is a whole number."""
-    return _field(default, Quantity("1", doc, low=low, high=high, multiple=multiple, example=default))
+    own = default if example is None else example
+    return _field(default, Quantity("1", doc, low=low, high=high, multiple=multiple, example=own))
 
 
 class Construction(ModelMetaclass):

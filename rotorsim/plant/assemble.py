@@ -299,7 +299,7 @@ def machine_numbers(machine: Machine, mesh: Mesh, films: Sequence[FilmModel]) ->
     solver, drive, piezos = machine.solver, machine.drive, machine.actuators if machine.injectors else None
     return {
         "tolerance": solver.tolerance,
-        "corrections": float(solver.corrections),
+        "corrections": float(solver.corrections or 0),
         "motion_tolerance": solver.tolerance * min(f.clearance for f in films) if films else WITHOUT_FILM,
         "dt": machine.time_step,
         "sample": machine.sampling_time,
