@@ -148,9 +148,10 @@ def test_nothing_is_missing_in_records_and_a_coast_down(machine, models, recorde
 
 @pytest.mark.slow
 def test_a_hidden_force_is_named_by_records_and_a_coast_down(machine, models, recorded, truth_plant):
-    """Accuracy: where 2X is 9 um and its resonance passes within a window, 0.1 um of it show at 3X; with 0.03 um stated
-    the force explains too little of that to be more than partial."""
-    records, _ = with_coast_down(recorded, truth_plant, ("coupling.force_2x",), 8, accuracy=1e-7)
+    """Accuracy: the shaft rings on where 2X has passed its resonance with 9 um; at 873 rpm that is 3X of 1.7 um, with
+    phases at which no twin's run begins. With 0.1 um stated the force explains too little of that and is partial.
+    """
+    records, _ = with_coast_down(recorded, truth_plant, ("coupling.force_2x",), 8, accuracy=2e-7)
     found = diagnose(machine, records, effects=EFFECTS, models=models)
     assert found.status == "named" and [f.form for f in found.effects] == ["coupling.force_2x"]
     assert {"fit_1", "coast, fit"} <= {flag.record for flag in found.localisation}
