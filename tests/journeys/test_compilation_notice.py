@@ -81,8 +81,9 @@ def test_a_diagnosis_notes_in_a_pipe_each_stage_once_and_again_where_it_lasts(ca
     for stage in [*STAGES, *STAGES]:
         stages.show(stage)
         stages.show(stage)
-    assert capsys.readouterr() == ("", "".join(f"{text}\n" for text in STAGES.values()))
+    texts = [f"{text} ({number} of {len(STAGES)})" for number, text in enumerate(STAGES.values(), 1)]
+    assert capsys.readouterr() == ("", "".join(f"{text}\n" for text in texts))
     now[0] = QUIET + 1
     stages.show("experiment")
     stages.show("experiment")
-    assert capsys.readouterr() == ("", f"{STAGES['experiment']}: step 3, 31 s\n")
+    assert capsys.readouterr() == ("", f"{texts[-1]}: step 3, 31 s\n")
