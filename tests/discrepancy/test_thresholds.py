@@ -26,7 +26,7 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.records import make_trial
-from rotorsim.discrepancy.verdict import SURE, Explanation, SearchVerdict, joined_classes, with_more
+from rotorsim.discrepancy.verdict import SURE, Explanation, SearchVerdict, joined_classes, shown_share, with_more
 from rotorsim.machine import load_machine
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
@@ -320,11 +320,29 @@ def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone
 
 def test_more_points_count_in_odds_to_the_same_power():
     """A fall of 8 at other points is a factor e of the likelihood to the power 1/4."""
-    certain_of = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 1e6})
-    assert [e.probability for e in certain_of] == pytest.approx([SURE, 1 - SURE, 0.0])
     found = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 8.0})
     by = {e.effects: e.probability for e in found if not e.beyond}
     assert by[COUPLING] / by[()] == pytest.approx(np.e)
+
+
+@pytest.mark.parametrize(
+    ("falls", "share"),
+    [({COUPLING: 1e3, RUNOUT: 7e2}, 1.0), ({COUPLING: 1e6}, 0.1),
+     ({COUPLING: 1e3, RUNOUT: 8.0}, 0.1 * np.e / (0.9 + 0.1 * np.e))],
+)  # fmt: skip
+def test_more_points_settle_nothing_and_leave_the_others_their_own_proportions(falls, share):
+    """Of two effects and nothing, at .025, .0975 and .8775, the first gets no name, whatever the points would give it.
+
+    The others share what is left as they would without it: to the power 1/4 a fall of 700 is all, one of 8 a factor e.
+    """
+    found = with_more(odds((COUPLING, 0.025), (RUNOUT, 0.0975), nothing=0.8775), falls)
+    by = {e.effects: e.probability for e in found if not e.beyond}
+    assert sum(e.probability for e in found) == pytest.approx(1.0) and found[0].effects == COUPLING
+    assert by[RUNOUT] == pytest.approx((1 - by[COUPLING]) * share)
+    assert by_odds(search("named", fitted(COUPLING)), found, KNOWN).status == "tie"
+    assert by[COUPLING] < SURE and shown_share(by[COUPLING]) == "94 %"
+    sure = with_more(odds((COUPLING, 0.97), nothing=0.03), {COUPLING: 1e3})
+    assert sure[0].probability == pytest.approx(0.97)
 
 
 @pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])
