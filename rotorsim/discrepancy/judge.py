@@ -20,12 +20,12 @@ most of the response stays unexplained, nothing holds. A calibration far from th
 follow the verdict: an explanation that is refuted leaves its probability to the same one with something beyond the
 catalogue.
 
-An effect below what a name takes is one of a tie where all records agree with it, and the points that were not fitted
-have a likelihood (to the power 1/T) that is 1 / (1 - `SURE`) times that of the calibration alone: where nothing is
-missing that has a chance of 1 - `SURE` at most (Wasserman et al. 2020). Without such an effect no group of lines may be
-beyond its floor while all records together refute the calibration. The odds of what is missing follow then from the
-priors and from how often such a verdict is met (`REFUSED`, `NAMELESS`), those of the effects among each other from the
-records.
+An effect below what a name takes is one of a tie where all records agree with it, all of that tie have `BORNE_OUT`
+together, and the points that were not fitted have a likelihood (to the power 1/T) that is 1 / (1 - `SURE`) times that
+of the calibration alone: where nothing is missing that has a chance of 1 - `SURE` at most (Wasserman et al. 2020).
+Without such an effect no group of lines may be beyond its floor while all records together refute the calibration. The
+odds of what is missing follow then from the priors and from how often such a verdict is met (`REFUSED`, `NAMELESS`),
+those of the effects among each other from the records.
 
 Cites: wasserman_2020.
 """
@@ -65,6 +65,8 @@ RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
 """Probability of something beyond the catalogue from which no name is given."""
+BORNE_OUT = 0.5
+"""Least probability of the effects of a faint tie together: all records agree with each of them, and the odds have to."""
 REFUSED = 0.05
 """Chance that all records together refute a right calibration: none of 21 known ones was, and one is counted."""
 NAMELESS = 0.15
@@ -381,18 +383,9 @@ def _faint_tie(evidence: AllEvidence, verdict: SearchVerdict, against: Sequence[
     open_still = bool(against) or verdict.status == "unknown"
     if not (evidence.faint and open_still and verdict.best is None) or evidence.growing:
         return None
-    if (
-        sum(
-            {
-                e.name: e.probability
-                for h in evidence.faint
-                for e in evidence.odds
-                if h.keys in (e.effects, *e.alike) and not e.beyond
-            }.values()
-        )
-        < LIKELY
-    ):
-        return None  # the odds do not bear it out
+    own = {h.keys for h in evidence.faint}
+    if sum(e.probability for e in evidence.odds if not e.beyond and own & {e.effects, *e.alike}) < BORNE_OUT:
+        return None
     best, *rivals = evidence.faint
     classes = tuple(class_of(key, set(evidence.known)) for key in best.keys)
     return replace(verdict, status="tie", best=best, rivals=tuple(rivals), classes=classes)

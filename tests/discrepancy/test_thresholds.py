@@ -309,11 +309,19 @@ def test_odds_without_a_flagged_line_state_how_often_such_a_verdict_is_met(more)
     assert sum(e.probability for e in found.odds if e.beyond) == pytest.approx(wanted[2], abs=1e-3)
 
 
-@pytest.mark.parametrize(("more", "status"), [({}, "tie"), ({"growing": "1X grows"}, "unknown")])
-def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone_does_not_stand(more, status):
-    """A gain of a probe lowers the sum of squares by 60, too little for a name; a motion that grows is not its work."""
-    one, given = fitted(COUPLING), odds((COUPLING, 0.6), nothing=0.3, beyond=0.1)
-    found = judged(AllEvidence(QUIET, given, frozenset(KNOWN), flagged=False, faint=(one,), **more))
+@pytest.mark.parametrize(
+    ("shares", "more", "status"),
+    [((0.6, 0.0), {}, "tie"), ((0.4, 0.0), {}, "unknown"), ((0.3, 0.3), {}, "tie"),
+     ((0.6, 0.0), {"growing": "1X grows"}, "unknown")],
+)  # fmt: skip
+def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone_does_not_stand(shares, more, status):
+    """A gain of a probe lowers the sum of squares by 60, too little for a name; a motion that grows is not its work.
+
+    Nor is it one of a tie where the odds are against it and those that are alike.
+    """
+    (first, second), one, other = shares, fitted(COUPLING), fitted(RUNOUT)
+    given = odds((COUPLING, first), (RUNOUT, second), nothing=0.9 - first - second, beyond=0.1)
+    found = judged(AllEvidence(QUIET, given, frozenset(KNOWN), flagged=False, faint=(one, other), **more))
     assert found.verdict.status == status and (found.verdict.best is one) == (status == "tie")
     assert judged(AllEvidence(QUIET, GOOD, frozenset(KNOWN), flagged=False, faint=(one,))).verdict.best is None
 
