@@ -153,6 +153,8 @@ SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 UNSETTLED = 5.0
 """Solver's error with the effects at work, in floors (root mean square), from which on the motion is not settled."""
+FLOORS = 3.0
+"""Factor by which a floor may be too small that nothing states or measures; standard deviations grow with it."""
 SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
@@ -809,11 +811,15 @@ class DiagnosisRun:
         return (ONE_OF.format(" or ".join(", ".join(own.values()) for own in found)),), tuple(sorted(bearings))
 
     def _clearly_off(self, number: str, fit: ParameterFit) -> bool:
-        """Whether a number of a fit with a far bearing is off the file by two standard deviations more than is near."""
+        """Whether a number of a fit with a far bearing is off the file by two standard deviations more than is near.
+
+        Where the scatter is not known that holds with a floor of `FLOORS` times its size too.
+        """
+        clear = 2 if self.fitted.scatter_known else 2 * FLOORS
         own = calibration_of(fit, covariance(fit, self.fitted.layout.record), fit.parameters)
         names = {*strained(fit), *far_off_file(fit, number)}
         near = {name: NEAR if name.startswith("bearing.") and ".k" in name else 0.0 for name in names}
-        return not names or any(abs(own[name][0]) > near[name] + 2 * own[name][1] for name in names)
+        return not names or any(abs(own[name][0]) > near[name] + clear * own[name][1] for name in names)
 
     def _acts_late(self) -> bool:
         """Whether an effect of the machine that was searched explains the records better than late probes do."""

@@ -16,7 +16,8 @@ chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records 
 Every verdict has to hold at the points that were not fitted. A group of lines there with `MANY` floors refutes that
 nothing disagrees, and makes a name or a tie a partial explanation; fewer floors change headline and next step. Where
 most of the response stays unexplained, nothing holds. A calibration far from the machine file is a finding of its own,
-`recalibrated`; where none of its numbers is off beyond its own uncertainty it is neither that nor agreement. The odds
+`recalibrated`; where none of its numbers is off beyond its own uncertainty it is neither that nor agreement, and where
+nothing states or measures the floor that uncertainty is taken several times as large. The odds
 follow the verdict: an explanation that is refuted leaves its probability to the same one with something beyond the
 catalogue.
 
@@ -66,7 +67,7 @@ RIVAL = 0.01
 LIKELY = 0.5
 """Probability of something beyond the catalogue from which no name is given."""
 BORNE_OUT = 0.5
-"""Least probability of the effects of a faint tie together: all records agree with each of them, and the odds have to."""
+"""Least probability that the effects of a faint tie have together, by the odds."""
 REFUSED = 0.05
 """Chance that all records together refute a right calibration: none of 21 known ones was, and one is counted."""
 NAMELESS = 0.15
@@ -152,6 +153,15 @@ VERDICTS = {
     ),
 }
 """Texts and exit code of each verdict."""
+UNSTATED = VerdictText(
+    13,
+    "Re-calibrated: {changes}. With that nothing disagrees beyond the scatter within the records; how exact they are "
+    "is not stated, and whether an effect is missing stays open.",
+    "Numbers of the file are far off, also if the floor is several times larger than the records show.",
+    "Find out why these numbers differ: inspect that place of the machine, and state how exact the records are, before "
+    "the re-calibrated file is used.",
+)
+"""Texts of a calibration far from the file where nothing states or measures how exact the records are."""
 LEFT = "At points that were not fitted, groups of lines stay beyond the floor: {count}."
 """Part of the headline where that is not enough to refute a verdict."""
 LEFT_OVER = {
@@ -172,12 +182,14 @@ LEFT_OVER = {
 """Texts of verdicts where groups of lines stay beyond the floor at points that were not fitted."""
 
 
-def text_of(status: str, left: int = 0) -> VerdictText:
+def text_of(status: str, left: int = 0, scatter_known: bool = True) -> VerdictText:
     """Texts of a verdict with so many groups of lines beyond the floor at points that were not fitted."""
-    text = VERDICTS[status]
+    open_still = status == "recalibrated" and not scatter_known
+    text = UNSTATED if open_still else VERDICTS[status]
     if not left or status in ("unknown", "partial"):
         return text
-    own = LEFT_OVER.get(status) or replace(text, sentence=f"{text.sentence} {LEFT}")
+    more = replace(text, sentence=f"{text.sentence} {LEFT}")
+    own = more if open_still else LEFT_OVER.get(status, more)
     return replace(own, sentence=own.sentence.replace("{count}", str(left)))
 
 

@@ -572,7 +572,7 @@ def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, far, names)
 def run_of_two_records():
     """Run of a diagnosis, with records as far as the covariance of `far_fit` needs them."""
     layout = SimpleNamespace(record=np.repeat([0, 1], len(SOFT.parameters)))
-    parts = {"fit": SimpleNamespace(layout=layout)}
+    parts = {"fit": SimpleNamespace(layout=layout, scatter_known=True)}
     return DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
 
 
@@ -583,6 +583,9 @@ def test_a_far_calibration_is_a_finding_where_a_number_is_off_beyond_its_own_unc
     assert not run._clearly_off("1", replace(sharp, J=0.1 * sharp.J))
     assert run._clearly_off("1", replace(far_fit(1, kx=0.7), J=0.1 * sharp.J))
     assert run._clearly_off("", far_fit(-1))
+    run.fitted.scatter_known = False  # three times the floor leaves them at .25 +- .06 and at -99 % +- 100 %
+    assert not run._clearly_off("1", sharp)
+    assert run._clearly_off("1", far_fit(1, kx=0.7))
     found = judged(AllEvidence(QUIET, GOOD, unclear="no number is"))
     assert found.verdict.status == "unknown" and "no number is" in found.notes
     assert all(e.beyond for e in found.odds)
