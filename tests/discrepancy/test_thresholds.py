@@ -11,7 +11,7 @@ from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOS
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.data_vector import own_scatter, scatter_of_repeats
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
-from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
+from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, covariance, far_off_file
 from rotorsim.discrepancy.judge import (
     VERDICTS,
     AllEvidence,
@@ -339,7 +339,7 @@ def test_more_points_count_in_odds_to_the_same_power():
      ({COUPLING: 1e3, RUNOUT: 8.0}, 0.1 * np.e / (0.9 + 0.1 * np.e))],
 )  # fmt: skip
 def test_more_points_settle_nothing_and_leave_the_others_their_own_proportions(falls, share):
-    """Of two effects and nothing, at .025, .0975 and .8775, the first gets no name, whatever the points would give it.
+    """Two effects and nothing have .025, .0975 and .8775: the first gets no name, whatever the points would give it.
 
     The others share what is left as they would without it: to the power 1/4 a fall of 700 is all, one of 8 a factor e.
     """
@@ -589,6 +589,24 @@ def test_a_far_calibration_is_a_finding_where_a_number_is_off_beyond_its_own_unc
     found = judged(AllEvidence(QUIET, GOOD, unclear="no number is"))
     assert found.verdict.status == "unknown" and "no number is" in found.notes
     assert all(e.beyond for e in found.odds)
+
+
+@pytest.mark.parametrize(("seen", "status"), [(2.0, "recalibrated"), (0.02, "unknown")])
+def test_what_is_far_once_the_calibration_has_converged_is_judged(seen, status):
+    """The calibration is near the file; converged, the damping of a bearing is gone, as far as the records see that.
+
+    It is a place then, or no peace: nothing missing has 97 % and loses it.
+    """
+    run, base = run_of_two_records(), far_fit(-1)
+    damping = FitParameter("bearing.1.cx", 0.1, LOSS_SD, *LOSS_LIMITS)
+    J = np.full((len(base.J), 1), seen)
+    gone = ParameterFit((damping,), ParameterPoint({damping: LOSS_LIMITS[0]}), np.zeros(len(J)), J, 0.0)
+    run.place, run.converged = "", (base, gone, covariance(gone, run.fitted.layout.record))
+    run._settle(base)
+    assert (run.far_bearings, bool(run.unclear)) == (((1,), False) if status == "recalibrated" else ((), True))
+    found = judged(AllEvidence(QUIET, GOOD, large=run.large, unclear=run.unclear, flagged=False))
+    assert found.verdict.status == status and found.reason == run.unclear
+    assert (certain(found)[()] > 0.9) == (status == "recalibrated")
 
 
 def hypothesis(effect, cost):
