@@ -153,6 +153,8 @@ SOLVER_LEFT = 0.5
 """Share of what the solver's error moves a number by that is taken to remain in it: the proof is one refinement."""
 UNSETTLED = 5.0
 """Solver's error with the effects at work, in floors (root mean square), from which on the motion is not settled."""
+FLOORS = 3.0
+"""Factor by which a floor may be too small that nothing states or measures; standard deviations grow with it."""
 SWEEP_REPEATS = 10
 """Most repeats of the re-calibration to a run-up's vectors."""
 FAINT = "no group of lines is beyond the floor by itself; the effect shows in all together (chi-square falls by {:.0f})"
@@ -398,6 +400,8 @@ class DiagnosisRun:
     """Number of the far bearing as text, empty for none; None where the records leave open which it is."""
     unclear: str = field(default="", init=False)
     """Sentence on a calibration far from the machine file without a number that clearly is."""
+    converged: tuple[ParameterFit, ParameterFit, np.ndarray] | None = field(default=None, init=False, repr=False)
+    """A calibration without an effect, the same converged, and the covariance (k, k) of that."""
     late: LateProbes | None = field(default=None, init=False)
     """Late probes with which the records fit better."""
     tried: tuple[Hypothesis, ...] = field(default=(), init=False, repr=False)
@@ -441,7 +445,10 @@ class DiagnosisRun:
         base = self._placed(base)
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
-        if flagged(table(self.fitted, base.residual)) or self.large or self.unclear:
+        quiet = not flagged(table(self.fitted, base.residual))
+        if quiet:
+            self._settle(base)
+        if not quiet or self.large or self.unclear:
             nominal = self.fitted.stored.columns(ParameterPoint(), base.parameters)
             self.late = check_alternatives(self.fitted, base, nominal)
         assert self.fitted.scatter is not None
@@ -481,12 +488,33 @@ class DiagnosisRun:
     def _placed(self, base: ParameterFit) -> ParameterFit:
         """The calibration, or that with one bearing far off where it explains the records better; sets what is far."""
         far = far_places(self.fitted, base, lambda: self.progress("calibrate")) or [("", base)]
-        self.large, self.far_bearings = self._large(far)
         self.place = far[0][0] if len(far) == 1 else None
-        if self.large and not any(self._clearly_off(*one) for one in far):
+        self._set_far(far)
+        return far[0][1]
+
+    def _set_far(self, fits: Sequence[tuple[str, ParameterFit]], V: np.ndarray | None = None) -> None:
+        """Set the numbers of fits that are far from the machine file, or that none clearly is; as for `_large`."""
+        self.large, self.far_bearings = self._large(fits, V)
+        if self.large and not any(self._clearly_off(*one) for one in fits):
             self.unclear = UNCLEAR.format("; ".join(self.large))
             self.large, self.far_bearings, self.place = (), (), None
-        return far[0][1]
+
+    def _settle(self, base: ParameterFit) -> None:
+        """Set what is far by the converged calibration: headline and tables state the same numbers.
+
+        What is far before it has converged alone stays a finding.
+        """
+        if self.place is None:
+            return
+        fit, V = self._converged(base)
+        if self._large([(self.place, fit)], V)[0]:
+            self._set_far([(self.place, fit)], V)
+
+    def _converged(self, base: ParameterFit) -> tuple[ParameterFit, np.ndarray]:
+        """A calibration without an effect as it is reported, and its covariance (k, k); found once for each."""
+        if self.converged is None or self.converged[0] is not base:
+            self.converged = base, *self._measured(base, self.fitted, base)
+        return self.converged[1:]
 
     def _notes_on_records(self) -> list[str]:
         """Notes on what the records are, before anything is found in them."""
@@ -704,7 +732,10 @@ class DiagnosisRun:
         odds, known = self._odds(base, flags, verdict, search), frozenset[str]()
         if search is not None:
             odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
-        best = by_odds(verdict, odds, known).best
+        expected = by_odds(verdict, odds, known)
+        best = expected.best
+        if expected.status == "no_disagreement":
+            self._settle(base)
         point = base.point if best is None else best.fit.point
         gone, left, of_form = None, list[Misfit](), list[Misfit]()
         worse, alone = tuple[str, ...](), tuple[str, ...]()
@@ -809,11 +840,15 @@ class DiagnosisRun:
         return (ONE_OF.format(" or ".join(", ".join(own.values()) for own in found)),), tuple(sorted(bearings))
 
     def _clearly_off(self, number: str, fit: ParameterFit) -> bool:
-        """Whether a number of a fit with a far bearing is off the file by two standard deviations more than is near."""
+        """Whether a number of a fit with a far bearing is off the file by two standard deviations more than is near.
+
+        Where the scatter is not known that holds with a floor of `FLOORS` times its size too.
+        """
+        clear = 2 if self.fitted.scatter_known else 2 * FLOORS
         own = calibration_of(fit, covariance(fit, self.fitted.layout.record), fit.parameters)
         names = {*strained(fit), *far_off_file(fit, number)}
         near = {name: NEAR if name.startswith("bearing.") and ".k" in name else 0.0 for name in names}
-        return not names or any(abs(own[name][0]) > near[name] + 2 * own[name][1] for name in names)
+        return not names or any(abs(own[name][0]) > near[name] + clear * own[name][1] for name in names)
 
     def _acts_late(self) -> bool:
         """Whether an effect of the machine that was searched explains the records better than late probes do."""
@@ -880,15 +915,9 @@ class DiagnosisRun:
         verdict, odds, best = judgement.verdict, judgement.odds, judgement.verdict.best
         final = base if best is None else best.fit
         comparison, again = self._proven(final) if best is not None else (self.fitted, final)
-        proven, V = self._measured(final, comparison, again)
-        if best is None and self.place is not None:  # headline and tables state the same numbers
-            self.large = self._large([(self.place, proven)], V)[0] or self.large
-            if verdict.status == "no_disagreement" and self.large:  # far only once it has converged
-                clear = self._clearly_off(self.place, proven)
-                verdict = replace(verdict, status="recalibrated" if clear else "unknown")
-                judgement = replace(judgement, reason="" if clear else UNCLEAR.format("; ".join(self.large)))
+        proven, V = self._converged(base) if best is None else self._measured(final, comparison, again)
         # what is not written into the machine file must not have turned its calibration either
-        written = self._measured(base, self.fitted, base) if verdict.status == "partial" else (proven, V)
+        written = self._converged(base) if verdict.status == "partial" else (proven, V)
         unknown: dict[str, Any] = {}
         if verdict.status in ("unknown", "partial"):
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]

@@ -16,16 +16,17 @@ chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records 
 Every verdict has to hold at the points that were not fitted. A group of lines there with `MANY` floors refutes that
 nothing disagrees, and makes a name or a tie a partial explanation; fewer floors change headline and next step. Where
 most of the response stays unexplained, nothing holds. A calibration far from the machine file is a finding of its own,
-`recalibrated`; where none of its numbers is off beyond its own uncertainty it is neither that nor agreement. The odds
+`recalibrated`; where none of its numbers is off beyond its own uncertainty it is neither that nor agreement, and where
+nothing states or measures the floor that uncertainty is taken several times as large. The odds
 follow the verdict: an explanation that is refuted leaves its probability to the same one with something beyond the
 catalogue.
 
-An effect below what a name takes is one of a tie where all records agree with it, and the points that were not fitted
-have a likelihood (to the power 1/T) that is 1 / (1 - `SURE`) times that of the calibration alone: where nothing is
-missing that has a chance of 1 - `SURE` at most (Wasserman et al. 2020). Without such an effect no group of lines may be
-beyond its floor while all records together refute the calibration. The odds of what is missing follow then from the
-priors and from how often such a verdict is met (`REFUSED`, `NAMELESS`), those of the effects among each other from the
-records.
+An effect below what a name takes is one of a tie where all records agree with it, all of that tie have `BORNE_OUT`
+together, and the points that were not fitted have a likelihood (to the power 1/T) that is 1 / (1 - `SURE`) times that
+of the calibration alone: where nothing is missing that has a chance of 1 - `SURE` at most (Wasserman et al. 2020).
+Without such an effect no group of lines may be beyond its floor while all records together refute the calibration. The
+odds of what is missing follow then from the priors and from how often such a verdict is met (`REFUSED`, `NAMELESS`),
+those of the effects among each other from the records.
 
 Cites: wasserman_2020.
 """
@@ -65,6 +66,8 @@ RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
 """Probability of something beyond the catalogue from which no name is given."""
+BORNE_OUT = 0.5
+"""Least probability that the effects of a faint tie have together, by the odds."""
 REFUSED = 0.05
 """Chance that all records together refute a right calibration: none of 21 known ones was, and one is counted."""
 NAMELESS = 0.15
@@ -150,6 +153,15 @@ VERDICTS = {
     ),
 }
 """Texts and exit code of each verdict."""
+UNSTATED = VerdictText(
+    13,
+    "Re-calibrated: {changes}. With that nothing disagrees beyond the scatter within the records; how exact they are "
+    "is not stated, and whether an effect is missing stays open.",
+    "Numbers of the file are far off, also if the floor is several times larger than the records show.",
+    "Find out why these numbers differ: inspect that place of the machine, and state how exact the records are, before "
+    "the re-calibrated file is used.",
+)
+"""Texts of a calibration far from the file where nothing states or measures how exact the records are."""
 LEFT = "At points that were not fitted, groups of lines stay beyond the floor: {count}."
 """Part of the headline where that is not enough to refute a verdict."""
 LEFT_OVER = {
@@ -170,12 +182,14 @@ LEFT_OVER = {
 """Texts of verdicts where groups of lines stay beyond the floor at points that were not fitted."""
 
 
-def text_of(status: str, left: int = 0) -> VerdictText:
+def text_of(status: str, left: int = 0, scatter_known: bool = True) -> VerdictText:
     """Texts of a verdict with so many groups of lines beyond the floor at points that were not fitted."""
-    text = VERDICTS[status]
+    open_still = status == "recalibrated" and not scatter_known
+    text = UNSTATED if open_still else VERDICTS[status]
     if not left or status in ("unknown", "partial"):
         return text
-    own = LEFT_OVER.get(status) or replace(text, sentence=f"{text.sentence} {LEFT}")
+    more = replace(text, sentence=f"{text.sentence} {LEFT}")
+    own = more if open_still else LEFT_OVER.get(status, more)
     return replace(own, sentence=own.sentence.replace("{count}", str(left)))
 
 
@@ -381,18 +395,9 @@ def _faint_tie(evidence: AllEvidence, verdict: SearchVerdict, against: Sequence[
     open_still = bool(against) or verdict.status == "unknown"
     if not (evidence.faint and open_still and verdict.best is None) or evidence.growing:
         return None
-    if (
-        sum(
-            {
-                e.name: e.probability
-                for h in evidence.faint
-                for e in evidence.odds
-                if h.keys in (e.effects, *e.alike) and not e.beyond
-            }.values()
-        )
-        < LIKELY
-    ):
-        return None  # the odds do not bear it out
+    own = {h.keys for h in evidence.faint}
+    if sum(e.probability for e in evidence.odds if not e.beyond and own & {e.effects, *e.alike}) < BORNE_OUT:
+        return None
     best, *rivals = evidence.faint
     classes = tuple(class_of(key, set(evidence.known)) for key in best.keys)
     return replace(verdict, status="tie", best=best, rivals=tuple(rivals), classes=classes)

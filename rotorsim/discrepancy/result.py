@@ -257,7 +257,7 @@ class Diagnosis(Shown, Findings, Reported):
     @property
     def texts(self) -> VerdictText:
         """Headline, meaning and next step of the verdict."""
-        return text_of(self.status, self.left)
+        return text_of(self.status, self.left, NO_ACCURACY not in self.notes)
 
     @property
     def sentence(self) -> str:

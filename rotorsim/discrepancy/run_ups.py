@@ -8,8 +8,9 @@ but its own turning. Its vectors are those of window after window of whole revol
 
 .. math:: d(t) = d_0 + d_1 t + \sum_n \Re\{A_n e^{i n \alpha(t)}\}
 
-by least squares over each window, weighted by Hann's, after the hum of the mains was taken out. Windows that
-do not continue the sweep (a speed held at the beginning or end, a dip) are left out, which a note states.
+by least squares over each window, from `LEAST_TURNS` on weighted by Hann's, after the hum of the mains was taken out.
+In a table that was not made here all samples weigh the same. Windows that do not continue the sweep (a speed held at
+the beginning or end, a dip) are left out, which a note states.
 
 Cites: bendat_2010.
 """
@@ -52,6 +53,10 @@ TURNS = 8.0
 """Revolutions of a vector's window where the table does not state them."""
 RECORDED = "recorded"
 """Attribute of a table that was made here of a record over time."""
+LEAST_TURNS = 2
+"""Fewest revolutions of a window that is weighted: in a single one that takes 2.4 times the noise into 1X."""
+WINDOW, HANN = "window", "hann"
+"""Attribute of a table with what its windows are weighted, and its value; none where all samples weigh the same."""
 TOLERANCE = 0.01
 """Tolerance of vectors: how they were tracked is not known."""
 ROLES = ("fit", "fit", "held_out", "fit", "fit", "untouched")
@@ -88,6 +93,8 @@ class RunupTrial(Trial):
     """Revolutions that a vector is fitted over."""
     recorded: bool = False
     """Whether the table comes from a record over time, so that the rotor was in motion before it."""
+    hann: bool = False
+    """Whether the samples of a window are weighted by Hann's."""
     alone: bool = True
     """Whether no records at constant speed are diagnosed with it, whose means show the zeros of the sensors."""
 
@@ -114,6 +121,7 @@ class RunupTrial(Trial):
             + self.speeds.tobytes()
             + repr((self.orders, self.turns, self.probe_angle)).encode()
             + (b"recorded" if self.recorded else b"")
+            + (b"hann" if self.hann else b"")
             + (repr(sorted(self.changes.items())).encode() if self.changes else b"")
         ).hexdigest()
 
@@ -134,12 +142,12 @@ class RunupTrial(Trial):
     def lines(self, displacement: np.ndarray) -> np.ndarray:
         """Vectors (1, 2, 1 + orders x rows) of displacements (n, 2) [m]; the first, for the mean, is 0 here."""
         speed = self.rows[: len(displacement), 0]
-        return track(self.seen(displacement), speed, self.angle, self.speeds, self.orders, self.turns)
+        return track(self.seen(displacement), speed, self.angle, self.speeds, self.orders, self.turns, self.hann)
 
 
 def track(
     displacement: np.ndarray, speed: np.ndarray, angle: float, speeds: np.ndarray, orders: Sequence[int],
-    turns: float = TURNS,
+    turns: float = TURNS, hann: bool = False,
 ) -> np.ndarray:  # fmt: skip
     """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over `turns`."""
     turned = angle + np.concatenate([[0.0], np.cumsum(speed)[:-1] * RIG_SAMPLE])
@@ -149,7 +157,7 @@ def track(
         centre = int(np.searchsorted(speed if rising else -speed, wanted if rising else -wanted))
         half = int(0.5 * turns * 2 * np.pi / max(wanted, 1.0) / RIG_SAMPLE)
         low, high = max(0, centre - half), min(len(speed), centre + half)
-        out[0, :, 1 + k :: len(speeds)] = order_vectors(turned[low:high], displacement[low:high], orders).T
+        out[0, :, 1 + k :: len(speeds)] = order_vectors(turned[low:high], displacement[low:high], orders, hann).T
     return out
 
 
@@ -181,6 +189,7 @@ def make_sweeps(vectors: xr.Dataset, name: str, film: bool, whole: str = "") -> 
             probe_angle=angle,
             turns=turns,
             recorded=recorded,
+            hann=vectors.attrs.get(WINDOW) == HANN,
         )
         for which in ((whole,) if whole else ("fit", "held_out", "untouched"))
     ]
@@ -263,7 +272,7 @@ def planned_sweep(like: RunupTrial, rate: float, probe_angle: float | None) -> R
     rows = ramp(like.speeds, rate, like.pressure, like.turns)
     nothing = np.zeros((len(like.speeds), len(like.orders), 2), complex)
     part = _part("next", "fit", rows, like.pressure, like.speeds, nothing, like.orders, like.accuracy)
-    return replace(part, turns=like.turns, probe_angle=probe_angle)
+    return replace(part, turns=like.turns, hann=like.hann, probe_angle=probe_angle)
 
 
 def is_table(record: xr.Dataset) -> bool:
@@ -339,7 +348,8 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     -------
     Dataset
         `amplitude` [m, 0-pk] and `phase` [rad, lag] (speed, order, axis); attributes `rate` [rad/s2], `turns`,
-        `pressure` [Pa], `probe_angle` [rad] of a single probe, and the notes of the record.
+        `window` ('hann', of two revolutions and more), `pressure` [Pa], `probe_angle` [rad] of a single probe, and the
+        notes of the record.
 
     Raises
     ------
@@ -363,8 +373,9 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
     kept = _sweep(means)
     if len(kept) < FEWEST_ROWS:
         raise DataError(f"{name}: the speed does not rise or fall over {FEWEST_ROWS} windows of {turns} revolutions")
+    hann = turns >= LEAST_TURNS
     displacement, hum = _without_hum(time, angle, displacement, orders, probe_angle)
-    fitted = np.array([order_vectors(angle[windows[k]], displacement[windows[k]], orders) for k in kept])
+    fitted = np.array([order_vectors(angle[windows[k]], displacement[windows[k]], orders, hann) for k in kept])
     middle = np.array([time[windows[k]].mean() for k in kept])
     if backward:
         if RING in str(record.attrs.get("changes", "")):
@@ -378,7 +389,7 @@ def runup_vectors(record: xr.Dataset, turns: int = 8, orders: Sequence[int] = OR
         probe_angle = None if probe_angle is None else -probe_angle
     axes = ("x", "y") if probe_angle is None else ("x",)
     fitted = fitted[:, :, : len(axes)]
-    attrs = _attributes(record, probe_angle) | {"turns": float(turns)}
+    attrs = _attributes(record, probe_angle) | {"turns": float(turns)} | ({WINDOW: HANN} if hann else {})
     attrs["rate"] = float(np.median(np.abs(np.diff(means[kept]) / np.diff(middle))))
     table = make_vectors(means[kept], np.abs(fitted), -np.angle(fitted), tuple(orders), attrs, axes)
     more = [TURNED_ROUND] if backward else []
@@ -412,17 +423,20 @@ def _without_hum(
     ]
 
 
-def order_vectors(angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int]) -> np.ndarray:
+def order_vectors(angle: np.ndarray, displacement: np.ndarray, orders: Sequence[int], hann: bool) -> np.ndarray:
     """Complex amplitudes (orders, k) of displacements (n, k) over shaft angles (n,); the argument is minus the lag.
 
-    Fitted by least squares together with a mean and a slope, the samples weighted by a Hann window: where an order
-    passes its resonance little of it counts as its neighbours, wherever on the shaft the window begins.
+    Fitted by least squares together with a mean and a slope. With samples weighted by a Hann window little of an order
+    that passes its resonance counts as its neighbours, wherever on the shaft the window begins.
     """
-    root = np.sin(np.pi * (np.arange(len(angle)) + 0.5) / len(angle))[:, None]
     columns = [np.ones_like(angle), np.linspace(-1, 1, len(angle))]
     columns += [part(n * angle) for n in orders for part in (np.cos, np.sin)]
     # c cos(n a) + s sin(n a) = Re((c - i s) exp(i n a))
-    found = answer(np.linalg.lstsq, root * np.column_stack(columns), root * displacement, rcond=None)[0]
+    matrix = np.column_stack(columns)
+    if hann:
+        root = np.sin(np.pi * (np.arange(len(angle)) + 0.5) / len(angle))[:, None]
+        matrix, displacement = root * matrix, root * displacement
+    found = answer(np.linalg.lstsq, matrix, displacement, rcond=None)[0]
     return np.asarray(found[2::2] - 1j * found[3::2])
 
 

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field, replace
 from math import comb
 
 import numpy as np
+from scipy.special import softmax
 
 from rotorsim.discrepancy.candidates import alike_by_weight, class_of
 from rotorsim.discrepancy.comparison import TwinComparison
@@ -64,8 +65,8 @@ SURE = 0.95
 """Probability from which an explanation is settled."""
 MOST_LISTED = 6
 """Effects that a sentence lists at most."""
-LEAST_SHARE = 1e-12
-"""Least factor of the probability of an explanation by more points."""
+MOST_BY_MORE = 0.94
+"""Most probability that more points give an effect: below `SURE`, so that they settle nothing, as printed too."""
 LEAST_SHOWN = 1e-3
 """Probability below which an explanation is not listed."""
 TEMPERATURE = 4.0
@@ -423,17 +424,16 @@ def with_more(
     """Odds with more points, at which the sum of squares is lower than that of nothing missing by these falls.
 
     It is that of nothing missing with an explanation that was not re-fitted, which hardly helps at the fitted points.
-    No effect gets more than `SURE` by them: the search gives it no name.
+    No effect gets more than `MOST_BY_MORE` by them; the others share what is left in their own proportions.
     """
     best = [max((falls.get(keys, 0.0) for keys in (e.effects, *e.alike)), default=0.0) for e in odds]
-    p = np.array([e.probability for e in odds]) * np.exp(0.5 * (np.array(best) - max(best)) / temperature)
-    p /= p.sum()
+    logs = np.log(np.maximum([e.probability for e in odds], 1e-300)) + 0.5 * np.array(best) / temperature
+    p = softmax(logs)
     first = int(p.argmax())
-    if odds[first].effects and p[first] > (most := max(SURE, odds[first].probability)):
-        others = np.maximum(p, [LEAST_SHARE * e.probability for e in odds])
-        others[first] = 0.0
-        p = others * (1 - most) / max(others.sum(), 1e-300)
-        p[first] = 1 - p.sum()
+    if odds[first].effects and p[first] > (most := max(MOST_BY_MORE, odds[first].probability)):
+        logs[first] = -np.inf
+        p = (1 - most) * softmax(logs)
+        p[first] = most
     own = (replace(e, probability=float(x)) for e, x in zip(odds, p, strict=True))
     return tuple(sorted(own, key=lambda e: (-e.probability, e.name)))
 

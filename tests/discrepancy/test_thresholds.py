@@ -11,7 +11,7 @@ from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOS
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.data_vector import own_scatter, scatter_of_repeats
 from rotorsim.discrepancy.diagnosis import DiagnosisRun
-from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, far_off_file
+from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, covariance, far_off_file
 from rotorsim.discrepancy.judge import (
     VERDICTS,
     AllEvidence,
@@ -26,7 +26,7 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.records import make_trial
-from rotorsim.discrepancy.verdict import SURE, Explanation, SearchVerdict, joined_classes, with_more
+from rotorsim.discrepancy.verdict import SURE, Explanation, SearchVerdict, joined_classes, shown_share, with_more
 from rotorsim.machine import load_machine
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
@@ -309,22 +309,48 @@ def test_odds_without_a_flagged_line_state_how_often_such_a_verdict_is_met(more)
     assert sum(e.probability for e in found.odds if e.beyond) == pytest.approx(wanted[2], abs=1e-3)
 
 
-@pytest.mark.parametrize(("more", "status"), [({}, "tie"), ({"growing": "1X grows"}, "unknown")])
-def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone_does_not_stand(more, status):
-    """A gain of a probe lowers the sum of squares by 60, too little for a name; a motion that grows is not its work."""
-    one, given = fitted(COUPLING), odds((COUPLING, 0.6), nothing=0.3, beyond=0.1)
-    found = judged(AllEvidence(QUIET, given, frozenset(KNOWN), flagged=False, faint=(one,), **more))
+@pytest.mark.parametrize(
+    ("shares", "more", "status"),
+    [((0.6, 0.0), {}, "tie"), ((0.4, 0.0), {}, "unknown"), ((0.3, 0.3), {}, "tie"),
+     ((0.6, 0.0), {"growing": "1X grows"}, "unknown")],
+)  # fmt: skip
+def test_an_effect_that_other_points_prefer_is_a_tie_where_the_calibration_alone_does_not_stand(shares, more, status):
+    """A gain of a probe lowers the sum of squares by 60, too little for a name; a motion that grows is not its work.
+
+    Nor is it one of a tie where the odds are against it and those that are alike.
+    """
+    (first, second), one, other = shares, fitted(COUPLING), fitted(RUNOUT)
+    given = odds((COUPLING, first), (RUNOUT, second), nothing=0.9 - first - second, beyond=0.1)
+    found = judged(AllEvidence(QUIET, given, frozenset(KNOWN), flagged=False, faint=(one, other), **more))
     assert found.verdict.status == status and (found.verdict.best is one) == (status == "tie")
     assert judged(AllEvidence(QUIET, GOOD, frozenset(KNOWN), flagged=False, faint=(one,))).verdict.best is None
 
 
 def test_more_points_count_in_odds_to_the_same_power():
     """A fall of 8 at other points is a factor e of the likelihood to the power 1/4."""
-    certain_of = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 1e6})
-    assert [e.probability for e in certain_of] == pytest.approx([SURE, 1 - SURE, 0.0])
     found = with_more(odds((COUPLING, 0.5), nothing=0.5, beyond=0.0), {COUPLING: 8.0})
     by = {e.effects: e.probability for e in found if not e.beyond}
     assert by[COUPLING] / by[()] == pytest.approx(np.e)
+
+
+@pytest.mark.parametrize(
+    ("falls", "share"),
+    [({COUPLING: 1e3, RUNOUT: 7e2}, 1.0), ({COUPLING: 1e6}, 0.1),
+     ({COUPLING: 1e3, RUNOUT: 8.0}, 0.1 * np.e / (0.9 + 0.1 * np.e))],
+)  # fmt: skip
+def test_more_points_settle_nothing_and_leave_the_others_their_own_proportions(falls, share):
+    """Two effects and nothing have .025, .0975 and .8775: the first gets no name, whatever the points would give it.
+
+    The others share what is left as they would without it: to the power 1/4 a fall of 700 is all, one of 8 a factor e.
+    """
+    found = with_more(odds((COUPLING, 0.025), (RUNOUT, 0.0975), nothing=0.8775), falls)
+    by = {e.effects: e.probability for e in found if not e.beyond}
+    assert sum(e.probability for e in found) == pytest.approx(1.0) and found[0].effects == COUPLING
+    assert by[RUNOUT] == pytest.approx((1 - by[COUPLING]) * share)
+    assert by_odds(search("named", fitted(COUPLING)), found, KNOWN).status == "tie"
+    assert by[COUPLING] < SURE and shown_share(by[COUPLING]) == "94 %"
+    sure = with_more(odds((COUPLING, 0.97), nothing=0.03), {COUPLING: 1e3})
+    assert sure[0].probability == pytest.approx(0.97)
 
 
 @pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])
@@ -546,7 +572,7 @@ def test_a_far_bearing_always_has_a_number_that_is_off_the_file(fit, far, names)
 def run_of_two_records():
     """Run of a diagnosis, with records as far as the covariance of `far_fit` needs them."""
     layout = SimpleNamespace(record=np.repeat([0, 1], len(SOFT.parameters)))
-    parts = {"fit": SimpleNamespace(layout=layout)}
+    parts = {"fit": SimpleNamespace(layout=layout, scatter_known=True)}
     return DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
 
 
@@ -557,9 +583,30 @@ def test_a_far_calibration_is_a_finding_where_a_number_is_off_beyond_its_own_unc
     assert not run._clearly_off("1", replace(sharp, J=0.1 * sharp.J))
     assert run._clearly_off("1", replace(far_fit(1, kx=0.7), J=0.1 * sharp.J))
     assert run._clearly_off("", far_fit(-1))
+    run.fitted.scatter_known = False  # three times the floor leaves them at .25 +- .06 and at -99 % +- 100 %
+    assert not run._clearly_off("1", sharp)
+    assert run._clearly_off("1", far_fit(1, kx=0.7))
     found = judged(AllEvidence(QUIET, GOOD, unclear="no number is"))
     assert found.verdict.status == "unknown" and "no number is" in found.notes
     assert all(e.beyond for e in found.odds)
+
+
+@pytest.mark.parametrize(("seen", "status"), [(2.0, "recalibrated"), (0.02, "unknown")])
+def test_what_is_far_once_the_calibration_has_converged_is_judged(seen, status):
+    """The calibration is near the file; converged, the damping of a bearing is gone, as far as the records see that.
+
+    It is a place then, or no peace: nothing missing has 97 % and loses it.
+    """
+    run, base = run_of_two_records(), far_fit(-1)
+    damping = FitParameter("bearing.1.cx", 0.1, LOSS_SD, *LOSS_LIMITS)
+    J = np.full((len(base.J), 1), seen)
+    gone = ParameterFit((damping,), ParameterPoint({damping: LOSS_LIMITS[0]}), np.zeros(len(J)), J, 0.0)
+    run.place, run.converged = "", (base, gone, covariance(gone, run.fitted.layout.record))
+    run._settle(base)
+    assert (run.far_bearings, bool(run.unclear)) == (((1,), False) if status == "recalibrated" else ((), True))
+    found = judged(AllEvidence(QUIET, GOOD, large=run.large, unclear=run.unclear, flagged=False))
+    assert found.verdict.status == status and found.reason == run.unclear
+    assert (certain(found)[()] > 0.9) == (status == "recalibrated")
 
 
 def hypothesis(effect, cost):

@@ -33,6 +33,19 @@ def test_bearings_that_records_leave_open_stand_in_the_verdict():
     assert one in wide.sentence and "+-" in one and "the file has" in one and "Nothing needs" not in wide.next_step
 
 
+@pytest.mark.parametrize("left", [0, 2])
+def test_a_calibration_within_a_floor_that_nothing_states_excludes_no_effect(left):
+    """The note has it that such records may be too coarse to disagree."""
+    stated, open_still = (
+        small_diagnosis(status="recalibrated", effects=[], large=("softer",), left=left, notes=notes)
+        for notes in ((), (NO_ACCURACY,))
+    )
+    assert "agree" in stated.sentence and "stays open" not in stated.sentence
+    assert "softer" in open_still.sentence and "stays open" in open_still.sentence
+    assert not any(part in open_still.sentence for part in ("agree.", "no effect is missing"))
+    assert (": 2." in open_still.sentence) == bool(left) and open_still.exit_code == 13
+
+
 def page(found):
     return html(diagnosis_page(found))
 
