@@ -578,7 +578,7 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
 
 
 def judged_laws(laws, best, more, flags, monkeypatch):
-    """What `_discovered` gives where the plant makes the law `best` sure but for a share of another one, `more`."""
+    """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others."""
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
                             fit=SimpleNamespace(cost=100.0, residual=np.zeros(1))) for law in laws]  # fmt: skip
@@ -745,6 +745,25 @@ def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known
     assert own_resonance(law, seen[0], base) == known
     if known:
         assert dict(law.terms[0].shape)["resonance"] == pytest.approx(ABSORBER[0], rel=0.005)
+
+
+@pytest.mark.slow
+def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
+    """Its size is known to 5 %; all four stiffnesses of the supports are nearer to the rig's than those without it."""
+    case = drawn(next(law for law in LAWS if law.name == "absorber"), 2)
+    parts, base, models = calibrated(case)
+    trials = [t for part in parts.values() for t in part.trials]
+    run = DiagnosisRun(machine_of_laws(), models, parts, (), trials, TOLERANCE, lambda stage: None)
+    base = run._with_shear(base)
+    laws = laws_of(run._seen(parts["fit"], base), run._seen(parts["held_out"], base), base)
+    found = run._of_memory(base, [], laws, base.cost, [])
+    assert (found.status, found.discovered.place) == ("discovered", case.place)
+    assert found.discovered.terms["hidden_mass"][0] == pytest.approx(case.size, rel=0.05)
+    before = {k.key: base.point.values[k] for k in base.parameters}
+    for i, (bearing, own) in enumerate(zip(machine_of_laws().bearings, case.rig.bearings, strict=True)):
+        for axis, given, true in (("x", bearing.kxx, own[0]), ("y", bearing.kyy, own[1])):
+            key, change = f"bearing.{i}.k{axis}", 1 - given / true
+            assert abs(found.calibration[key][0] - change) < abs(before[key] - change)
 
 
 @pytest.mark.slow
