@@ -12,7 +12,16 @@ import numpy as np
 
 from rotorsim.base.cache import Cache
 from rotorsim.base.errors import DataError, NoAnswerError
-from rotorsim.discrepancy.calibration import GRID, SHEAR, STEP, CompiledModels, ParameterPoint, Progress, within
+from rotorsim.discrepancy.calibration import (
+    GRID,
+    SHEAR,
+    STEP,
+    CompiledModels,
+    FitParameter,
+    ParameterPoint,
+    Progress,
+    within,
+)
 from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
 from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
 from rotorsim.discrepancy.comparison import (
@@ -44,6 +53,7 @@ from rotorsim.discrepancy.discovery import (
     cannot_tell,
     discovered,
     laws_of,
+    not_excluded,
     of_remembered,
     own_resonance,
     priced,
@@ -143,6 +153,7 @@ from rotorsim.discrepancy.verdict import (
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
+from rotorsim.plant.mesh import Mesh
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -194,8 +205,8 @@ FAINT_HINT = 2 * ONE_FAR
 """Fall of the sum of squares by an effect from which on a note states it where no name is given."""
 FINER = 0.1
 """Share by which the tolerance that records show is below the declared one where a law is fitted with it."""
-FORETOLD = 2.0
-"""Multiple of the fall of the sum of squares that sensitivities foretell, beyond which no fit is taken to come."""
+THICK = 0.1
+"""Share of shear in the compliance of a shaft's first bending mode above which its change to first order is wrong."""
 EXACT = (
     "with the law the records agree with the machine to {:.2g} % of a line, better than the declared tolerance of "
     "{:.2g} %: its numbers are fitted with that"
@@ -203,7 +214,7 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
-WITHDRAWN = "{} would explain the records too, but a law explains them clearly better"
+WITHDRAWN = "{} is not given either: the law that is not borne out fits clearly better than that"
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
     "no group of lines is beyond its floor by itself, but a law explains all of them together clearly better than the "
@@ -368,6 +379,11 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
 def _priced(law: ProposedLaw) -> float:
     """Sum of squares that a law leaves, and the price of its coefficients."""
     return law.cost + PRICE * len(law.coefficients)
+
+
+def _going_with(law: ProposedLaw, fit: ParameterFit) -> ParameterPoint:
+    """Point of the calibration that goes with a law, within its limits."""
+    return fit.point.moved(fit.parameters, within(fit.parameters, fit.vector + law.moved) - fit.vector)
 
 
 def _most_probable(
@@ -550,9 +566,9 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effects of the catalogue, both next to a
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
-        group of lines shows a name or a calibration. A tie, and a verdict that no group shows, are not given where such
-        a law is not borne out, nor peace where a constant force is there. What does not repeat is the verdict where
-        nothing else is open, and else a note.
+        group of lines shows a name or a calibration. A verdict that no group shows, and a tie that leaves groups beyond
+        the floor where it was not fitted, are not given where such a law is not borne out, nor peace where a constant
+        force is there. What does not repeat is the verdict where nothing else is open, and else a note.
         """
         status = judgement.verdict.status
         lacking = cannot_tell(self.fitted.trials) if self.machine.film is None else OF_FILM
@@ -564,16 +580,16 @@ class DiagnosisRun:
             notes += [lacking] if unanswered else []
             return None
         self.progress("discover")
-        rival = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
+        rivals = [h for h in judgement.verdict.fitted if not h.failed]
         try:
             base = self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
-            found = self._discovered(base, flags, apart, seen, own, rival)
+            found = self._discovered(base, flags, apart, seen, own, rivals)
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
-            if found and (faint or status == "tie"):
+            if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
             if status == "tie" or (faint and status != "no_disagreement"):
                 return None
@@ -591,15 +607,22 @@ class DiagnosisRun:
         return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
 
     def _with_shear(self, fit: ParameterFit) -> ParameterFit:
-        """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law."""
-        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, SHEAR)), central=False)
+        """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
 
-    def _as_near(self, rival: Hypothesis, reach: float) -> Hypothesis:
-        """The rival of a law as near the records as it comes: converged where it may come within a sum of squares."""
-        fit = replace(rival.fit, parameters=(*rival.fit.parameters, SHEAR))
-        fit = replace(fit, J=self.fitted.jacobian(fit.point, fit.parameters))
-        far = replace(rival, fit=replace(fit, cost=fit.cost - FORETOLD * fall(fit)))
-        return far if priced(far) > reach else replace(rival, fit=self._with_shear(rival.fit))
+        The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
+        """
+        own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
+        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False)
+
+    def _converged(self, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
+
+        Sensitivities foretell how near each comes.
+        """
+        near = sorted(rivals, key=priced)[:1]
+        foretold = sorted(rivals, key=lambda h: priced(h) - fall(h.fit))
+        two = [*near, *(h for h in foretold if h is not near[0])][:2]
+        return [replace(h, fit=self._with_shear(h.fit)) for h in two]
 
     def _without_name(
         self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
@@ -617,7 +640,7 @@ class DiagnosisRun:
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
-        notes: list[str], rival: Hypothesis | None,
+        notes: list[str], rivals: Sequence[Hypothesis],
     ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
@@ -625,13 +648,13 @@ class DiagnosisRun:
         its own.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
-        of the best effects of the catalogue, its `rival`; the sentence is empty where no law's is.
+        of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is.
         """
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
         law, known = laws[0], base.cost
-        if rival is not None and known - _priced(law) >= CLEAR:  # both stand next to a calibration that has converged
-            rival = self._as_near(rival, _priced(law) + CLEAR)
-            known = min(known, priced(rival))
+        near = self._converged(rivals) if known - _priced(law) >= CLEAR else []
+        rival = min(near, key=priced, default=None)
+        known = known if rival is None else min(known, priced(rival))
         if known - _priced(law) < CLEAR:
             return ""
         if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
@@ -651,25 +674,26 @@ class DiagnosisRun:
             odds = with_rival(judgement.odds, judgement.verdict.fitted, rival)
             odds = after_choice(odds, [*keys], law.tried)
             best = _most_probable(best, judgement.verdict, odds)
-            rivals = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
+            others = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
                                               and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
             p = 0.0 if best is None else probability_of(best.keys, odds)
-            sure = p + sum(probability_of((name,), odds) for name in rivals if name in keys) >= SURE
+            sure = p + sum(probability_of((name,), odds) for name in others if name in keys) >= SURE
             borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
             if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
+            [proposal] = [one for one in laws if one.names == best.keys[0]]
+            if proposal.constant and not (flags or own_resonance(proposal, seen["fit"], base)):
+                return None
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]
             # one floor for the sums of squares with the law and without it
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
             found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
-            [proposal] = [one for one in laws if one.names == best.keys[0]]
-            more = [one.names for one in laws if one.holds(proposal)]  # which exclude nothing of the law
-            near = [name for name in rivals if name not in more]
             law_found = discovered(
-                proposal, found.effects[0], p, near, seen["fit"], best.fit.residual * own.fitted.sigma
-            )
+                proposal, found.effects[0], p, not_excluded(proposal, laws, others), seen["fit"],
+                best.fit.residual * own.fitted.sigma,
+            )  # fmt: skip
         return replace(
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
             discovered=law_found,
@@ -680,12 +704,18 @@ class DiagnosisRun:
     ) -> Diagnosis | str:  # fmt: skip
         """Diagnosis with the best of laws with a memory, by the linear model; a sentence where it is not borne out.
 
-        The plant cannot run them: the calibration moves as each has it, and the law is solved once more from there.
+        The plant cannot run them: the calibration moves as each has it, and the law is solved once more from there. The
+        better of both solutions counts, with its calibration.
         """
         before = {role: part.residual(base.point) for role, part in self.parts.items()}
-        solutions = sorted((self._moved_by(law, base) for law in laws), key=lambda one: one[0].score)
-        again, (law, parts) = [one for one, _ in solutions], solutions[0]
-        left = remembered(parts, before, again, known)
+        both = [*((law, base) for law in laws), *(self._moved_by(law, base) for law in laws)]
+        solutions = sorted(both, key=lambda one: one[0].score)
+        again = dict[str, ProposedLaw]()
+        for one, _ in solutions:
+            again.setdefault(one.names, one)
+        law, fit = solutions[0]
+        parts = {role: self._seen(part, fit) for role, part in self.parts.items()}
+        left = remembered(parts, before, list(again.values()), known)
         if left is None:
             return NO_LAW.format(law.names)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
@@ -693,17 +723,26 @@ class DiagnosisRun:
         gap["gap"].values[:, :, 2] = np.concatenate(
             [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
         )
-        stated = of_remembered(again, known, law_places(self.machine)[law.place])
-        return replace(found, status="discovered", unknown={}, gap=gap, planner=None, discovered=stated)
+        stated = of_remembered(list(again.values()), known, law_places(self.machine)[law.place])
+        S = np.column_stack([one.columns(parts["fit"], law.place) for one in law.terms])
+        own = tuple(FitParameter(key, 1.0) for one in law.terms for key in one.parameters)
+        whole = replace(fit, point=_going_with(law, fit), parameters=(*fit.parameters, *own),
+                        J=np.hstack([parts["fit"].J, S]), residual=left["fit"])  # fmt: skip
+        V = covariance(whole, self.fitted.layout.record)
+        return replace(
+            found, status="discovered", unknown={}, gap=gap, planner=None, discovered=stated,
+            calibration=calibration_of(whole, V, fit.parameters) | self._clocks(whole.point),
+            related=related_of(whole, V),
+        )  # fmt: skip
 
-    def _moved_by(self, law: ProposedLaw, base: ParameterFit) -> tuple[ProposedLaw, dict[str, ObservedPlaces]]:
-        """A law solved from the calibration that goes with it, and what is observed of the places there."""
-        there = base.point.moved(base.parameters, within(base.parameters, base.vector + law.moved) - base.vector)
+    def _moved_by(self, law: ProposedLaw, base: ParameterFit) -> tuple[ProposedLaw, ParameterFit]:
+        """A law solved from the calibration that goes with it, and that calibration."""
+        there = _going_with(law, base)
         J = self.fitted.jacobian(there, base.parameters)
         moved = replace(base, point=there, residual=self.fitted.residual(there), J=J)
-        parts = {role: self._seen(part, moved) for role, part in self.parts.items()}
+        parts = {role: self._seen(part, moved) for role, part in self.parts.items() if role != "untouched"}
         again = solved(parts["fit"], parts.get("held_out"), moved, law.place, law.terms)
-        return replace(again, tried=law.tried), parts
+        return replace(again, tried=law.tried), moved
 
     def _as_exact_as_shown(self, best: Hypothesis) -> tuple[Hypothesis, list[str]]:
         """A borne-out hypothesis, fitted with the tolerance that the records show with it; a note where it is finer.

@@ -57,10 +57,12 @@ MOST_TERMS = 3
 """Most terms of a law."""
 SHARE = 0.1
 """Step of a coefficient in finite differences, as a share of it."""
+FURTHER = "a further term ({})"
+"""Name of a law that has further terms at its place."""
 NEAR = 100.0
 """Difference of scores within which laws at other places are fitted to the plant too."""
 MOST_LAWS = 3
-"""Largest number of laws that are fitted to the plant."""
+"""Largest number of laws that are fitted to the plant, next to one of fewer terms."""
 TWO_AMPLITUDES = 1.5
 """Ratio of the largest and the smallest excitation from which on there are two amplitudes."""
 NOT_PERIODIC = (
@@ -73,8 +75,8 @@ ONE_AMPLITUDE = (
     "that does not; record the same points with half the excitation, or with a trial weight"
 )
 OF_FILM = (
-    "a law is not looked for where a gas film carries the shaft, whose own force bends with the motion too; record the "
-    "same points with half the excitation, and write what the equivalent force shows as an effect of your own"
+    "a law is not looked for where a gas film carries the shaft, whose own force bends with the motion too; write what "
+    "the equivalent force shows as an effect of your own"
 )
 """Notes on records of which no law can be identified."""
 NOT_IDENTIFIABLE = (
@@ -478,7 +480,7 @@ class DiscoveredLaw:
     """Path of the module, which no other result has."""
     probability: float
     near: tuple[str, ...] = ()
-    """Laws at other places that these records do not exclude."""
+    """Laws at other places and further terms that these records do not exclude."""
     places: tuple[tuple[str, float], ...] = ()
     """Place and its coordinate [m] of each of `kinds`; those of the law for none."""
     growth: float = 0.0
@@ -600,6 +602,13 @@ def discovered(
         str(path), probability, tuple(near), tuple((place, at[place]) for place in _places_of(proposal)), growth,
         sum(powers), curve_of(seen, fitted.part_at(first), left, sd),
     )  # fmt: skip
+
+
+def not_excluded(law: ProposedLaw, laws: Sequence[ProposedLaw], names: Sequence[str]) -> list[str]:
+    """Explanations of these names next to a law: those of `laws` that hold it are its further terms."""
+    more = {one.names: FURTHER.format(" with ".join(term for term in one.forms if term not in law.forms))
+            for one in laws if one.holds(law)}  # fmt: skip
+    return [more.get(name, name) for name in names]
 
 
 def _places_of(law: ProposedLaw) -> tuple[str, ...]:

@@ -21,8 +21,8 @@ import tomlkit
 from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.units import TO_RPM, TO_UM, show
-from rotorsim.discrepancy.calibration import LOSS_SD, sd_of_polar, wave
-from rotorsim.discrepancy.twin import of_axis, of_bearing, of_each_film, own_tables
+from rotorsim.discrepancy.calibration import DIRECTIONS, LOSS_SD, SHEAR, sd_of_polar, wave
+from rotorsim.discrepancy.twin import FACTORS, of_axis, of_bearing, of_each_film, own_tables
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import comment, inline
@@ -37,6 +37,8 @@ HEAD = (
 """Comment at the top of a re-calibrated machine file."""
 NOT_BETTER = "calibration not written: it makes untouched records worse ({records})"
 """Comment on a calibration that is not written."""
+NOT_IN_FILE = "; the gap is shown with it, so that a simulation of this file leaves more"
+"""End of the comment on the shaft's shear, which a machine file cannot change."""
 WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 LARGE = {"k": 1.5, "c": 2.0}
@@ -483,21 +485,9 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     turned: dict[str, complex] = {}
     direct: list[str] = []
     for key, (value, sd) in diagnosis.calibration.items():
-        if (
-            " x " in key
-            or key.startswith(CLOCK)
-            or key
-            in (
-                "offset_x",
-                "offset_y",
-                "mesh",
-                "law",
-                "shaft_shear",
-                "actuator_x",
-                "actuator_y",
-            )
-        ):
-            left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}")
+        if " x " in key or key.startswith(CLOCK) or (key in (*DIRECTIONS, *FACTORS) and key not in FACTORS_OF):
+            more = NOT_IN_FILE if key == SHEAR.key and value else ""
+            left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}{more}")
         elif "~" in key:
             turned[key[:-2]] = turned.get(key[:-2], 0) + value * (1 if key[-1] == "c" else 1j)
         elif key in FACTORS_OF or key.startswith("bearing."):

@@ -29,6 +29,8 @@ from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
 
 SAME_PLACE = 1e-7
+RIGID_MOTIONS = 4
+"""Motions of a free shaft that bend nothing: two in each plane."""
 SHEAR_STEP = 1e-4
 """Relative change of the shaft's compliance in shear for a derivative."""
 
@@ -382,6 +384,15 @@ class Mesh:
         changed = AssembledRotor([softer(element) for element in self._elements()], self._discs(), []).K()
         Phi = self.shaft_modes
         return np.asarray(Phi.T @ (changed - self.free_stiffness) @ Phi) / SHEAR_STEP
+
+    @property
+    def shear_share(self) -> float:
+        """Share of shear in the compliance of the shaft alone in its first bending mode; 0 where no mode bends."""
+        values, modes = np.linalg.eigh(self.shaft_stiffness)
+        if len(values) <= RIGID_MOTIONS:
+            return 0.0
+        own = modes[:, RIGID_MOTIONS]
+        return float(-own @ self.shear_softening @ own / values[RIGID_MOTIONS])
 
     @property
     def shaft_damping(self) -> np.ndarray:

@@ -279,7 +279,7 @@ def _films(review: DesignReview) -> Block:
 
 
 def _load_text(review: DesignReview) -> str:
-    """Distance of the films' loads from the static ones of the head, where the weight alone loads them."""
+    """Distance of the films' loads from the weight's shares of the head; empty without gravity or a film for each."""
     weight = review.plant.machine.effects.get("gravity", ())
     if len(weight) != 1 or len(review.films) != len(review.loads):
         return ""

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, contributions, setting
-from rotorsim.discrepancy.machine_file import IdentifiedEffect, difference
+from rotorsim.discrepancy.calibration import DIRECTIONS, FitParameter, ParameterPoint, contributions, setting
+from rotorsim.discrepancy.machine_file import FACTORS_OF, NOT_IN_FILE, IdentifiedEffect, difference
 from rotorsim.discrepancy.result import Diagnosis
-from rotorsim.discrepancy.twin import Twin
+from rotorsim.discrepancy.twin import FACTORS, Twin
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.file_text import remarked
 
@@ -84,6 +84,15 @@ def test_the_calibration_is_written_as_what_the_fit_turned():
     assert (one.me, one.phase) == pytest.approx((abs(total), np.angle(total)))
     assert f"before {own.me * 1e6:.9g} g*mm" in after._source
     assert "calibration not written: actuator_x = 0.02" in after._source
+
+
+@pytest.mark.parametrize("key", sorted({*DIRECTIONS, *FACTORS} - {*FACTORS_OF}))
+def test_a_number_without_a_place_in_the_file_is_a_comment(key):
+    """That a simulation of the file does without the shaft's shear, which changes the gap shown, stands there too."""
+    after = found("plain_rotor", (), {key: (-0.5, 0.1)}).apply()
+    assert after == load_machine("plain_rotor")
+    assert f"calibration not written: {key} = -0.5 +- 0.1" in after._source
+    assert (NOT_IN_FILE in after._source) == (key == "shaft_shear")
 
 
 def test_the_bearings_of_a_plain_rotor_take_their_new_stiffness():
