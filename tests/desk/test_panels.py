@@ -8,6 +8,7 @@ import orjson
 import pytest
 
 import rotorsim as rs
+from rotorsim.analysis.campbell import top_speed
 from rotorsim.analysis.design_review import MISSED
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.desk.panels import PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
@@ -148,7 +149,29 @@ def test_slopes_of_the_permissible_unbalance_are_those_of_its_closed_form():
     assert disc / used == pytest.approx(plant.machine.discs[0].mass / plant.machine.mass, rel=3e-3)
 
 
-@pytest.mark.parametrize("path", ["bearings.0.kind", "name", "discs.7.mass", "bearings.0.position"])
+def test_slopes_are_at_the_operating_speed_of_the_machine_where_that_of_a_changed_one_is_rounded_otherwise():
+    """Permissible unbalance of a machine below the edge of a digit of its top speed, by the closed form of its mass."""
+    path = "shaft.sections.0.outer_diameter"
+    plant = rs.Plant(rs.load_machine("plain_rotor").replace(path, "20.079 mm"))
+    changed = rs.Plant(plant.machine.replace(path, f"{20.079 * 1.001!r} mm"))
+    assert top_speed(changed) > 1.01 * top_speed(plant)
+    found = rs.analysis.reserve_slopes(plant, [path])
+    one = found.sel(check="Unbalance of the machine file, all planes, G 2.5")
+    mass = plant.machine.mass
+    shaft = 2 * (mass - plant.machine.discs[0].mass) / mass
+    assert float(one["slope"][0]) == pytest.approx(shaft * (1 - float(one["reserve"])), rel=3e-3)
+
+
+def test_slopes_over_the_operating_speed_itself_are_those_of_its_closed_form():
+    """The part of the permissible unbalance that is used grows as the speed."""
+    machine = rs.load_machine("plain_rotor").replace("drive.highest_speed", "3000 rpm")
+    found = rs.analysis.reserve_slopes(rs.Plant(machine), ["drive.highest_speed"])
+    one = found.sel(check="Unbalance of the machine file, all planes, G 2.5")
+    assert float(one["slope"][0]) == pytest.approx(float(one["reserve"]) - 1, rel=1e-6)
+
+
+@pytest.mark.parametrize("path", ["bearings.0.kind", "name", "discs.7.mass", "bearings.0.position",
+                                  "effects.gravity.direction"])  # fmt: skip
 def test_slopes_refuse_what_is_no_number_above_zero(path):
     with pytest.raises(MachineFileError) as error:
         rs.analysis.reserve_slopes(rs.Plant("plain_rotor"), [path])
