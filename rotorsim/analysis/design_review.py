@@ -380,7 +380,7 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
 
 
 def _reserves(plant: Plant, speed: float, pressure: float) -> dict[tuple[str, int], tuple[str, float]]:
-    """Names and finite reserves at a speed [rad/s], by the name without its speeds and the number among those of that name."""
+    """Names and finite reserves at a speed [rad/s], by the name without speeds and the number among those of it."""
     found: dict[tuple[str, int], tuple[str, float]] = {}
     seen: Counter[str] = Counter()
     for check in design_review(plant, (speed, speed), pressure).checks:
