@@ -318,6 +318,8 @@ def design_review(
 def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) -> xr.Dataset:
     """Slopes of a design review's reserves: a review for each value of the machine, changed alone by `CHANGED`.
 
+    All reviews are at the operating speed of the machine as it is, which `drive.highest_speed` alone changes.
+
     Parameters
     ----------
     plant : Plant
@@ -335,7 +337,7 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
     Raises
     ------
     MachineFileError
-        For a path that does not lead to a number.
+        For a path that does not lead to a number above 0.
 
     Examples
     --------
@@ -347,16 +349,18 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
     known = {path: (value, spec) for path, value, spec, _ in leaves(plant.machine)}
     for path in paths:
         value, spec = known.get(path, (None, None))
-        if spec is None or isinstance(value, str) or not value:
+        if spec is None or isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
             raise MachineFileError(f"{path}: is not a number above 0 of this machine", argument="paths", value=path)
-    begun = _reserves(plant, pressure)
+    speed = top_speed(plant)
+    begun = _reserves(plant, speed, pressure)
     slope = np.full((len(begun), len(paths)), np.nan)
     for k, path in enumerate(paths):
         value, spec = known[path]
         assert spec is not None
         unit = "" if spec.unit == "1" else f" {spec.unit}"
+        at = speed * (1 + CHANGED) if path == "drive.highest_speed" else speed
         try:
-            moved = _reserves(Plant(plant.machine.replace(path, f"{value * (1 + CHANGED)!r}{unit}")), pressure)
+            moved = _reserves(Plant(plant.machine.replace(path, f"{value * (1 + CHANGED)!r}{unit}")), at, pressure)
         except RotorsimError:
             continue
         slope[:, k] = [(moved.get(key, ("", np.nan))[1] - one[1]) / CHANGED for key, one in begun.items()]
@@ -375,11 +379,11 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
     )
 
 
-def _reserves(plant: Plant, pressure: float) -> dict[tuple[str, int], tuple[str, float]]:
-    """Names and finite reserves, by the name without its speeds and the number among those of that name."""
+def _reserves(plant: Plant, speed: float, pressure: float) -> dict[tuple[str, int], tuple[str, float]]:
+    """Names and finite reserves at a speed [rad/s], by the name without speeds and the number among those of it."""
     found: dict[tuple[str, int], tuple[str, float]] = {}
     seen: Counter[str] = Counter()
-    for check in design_review(plant, pressure=pressure).checks:
+    for check in design_review(plant, (speed, speed), pressure).checks:
         stem = SPEEDS.sub("", check.name)
         seen[stem] += 1
         if np.isfinite(check.reserve):

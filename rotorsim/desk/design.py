@@ -20,7 +20,16 @@ from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import advised, show, split
 from rotorsim.machine import machine_text, shipped_machines
-from rotorsim.machine.file_text import parse, read_text, with_copy, with_table, with_value, with_values, without
+from rotorsim.machine.file_text import (
+    parse,
+    read_text,
+    value_at,
+    with_copy,
+    with_table,
+    with_value,
+    with_values,
+    without,
+)
 from rotorsim.machine.schema import Machine, leaves
 
 UNSAVED = ".edits"
@@ -44,7 +53,8 @@ class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
     `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
-    be written next to it, `kept` the text of a design A with which this one is compared.
+    be written next to it, `kept` the text of a design A with which this one is compared. Texts before and after come
+    with whether the step to them exchanges this design and A.
     """
 
     text: str
@@ -53,8 +63,8 @@ class Design:
     machine: Machine | None = None
     problems: tuple[str, ...] = ()
     revision: int = 0
-    before: list[str] = field(default_factory=list)
-    after: list[str] = field(default_factory=list)
+    before: list[tuple[str, bool]] = field(default_factory=list)
+    after: list[tuple[str, bool]] = field(default_factory=list)
     burst: tuple[str, str] = ("", "")
     unkept: str = ""
     kept: str = ""
@@ -68,7 +78,7 @@ class Design:
         Edits of one path in one burst, as of one field while it has the keyboard, are undone together.
         """
         typed = typed.strip()
-        old = _at(self.tables, path)
+        old = value_at(self.tables, path)
         if not typed and old is None:
             return
         if typed and old is not None and typed == _shown(old):
@@ -85,10 +95,10 @@ class Design:
             raise RefusedError(f"{kind[:40]!r} cannot be added; choose {', '.join(NEW)}", argument=kind, value=kind)
         values = NEW[kind](self._drawn())
         single = kind.startswith("effects.")
-        if single and _at(self.tables, kind) is not None:
+        if single and value_at(self.tables, kind) is not None:
             raise RefusedError(f"{kind}: is there already; change its values", argument=kind, value=kind)
         self._edit(lambda: with_table(self.text, kind, values, single), kind, kind)
-        return kind if single else f"{kind}.{len(_at(self.tables, kind)) - 1}"
+        return kind if single else f"{kind}.{len(value_at(self.tables, kind)) - 1}"
 
     def copy(self, path: str) -> str:
         """Copy a part, next to itself where it has a place, under another name where it has one; its path."""
@@ -122,23 +132,28 @@ class Design:
         self.kept = self.text
         self.revision += 1
 
+    def forget(self) -> None:
+        """Keep no design A any more."""
+        self.kept = ""
+        self.revision += 1
+
     def swap(self) -> None:
         """Exchange the text with that of design A, as one edit."""
         if self.kept and self.kept != self.text:
             kept, self.kept = self.kept, self.text
-            self.replace(kept)
+            self.replace(kept, swaps=True)
 
     def _copy(self, path: str, place: Callable[[Machine, Mapping[str, Any]], dict[str, str]]) -> str:
-        table, machine = _at(self.tables, path), self._drawn()
+        table, machine = value_at(self.tables, path), self._drawn()
         above, _, number = path.rpartition(".")
-        if not isinstance(table, Mapping) or not isinstance(_at(self.tables, above), list):
+        if not isinstance(table, Mapping) or not isinstance(value_at(self.tables, above), list):
             way = "is not a part of a list in the file; choose one of the page"
             raise RefusedError(f"{path[:80]}: {way}", argument=path, value=path)
         changes: dict[str, Any] = {}
         if "position" in table:
             changes |= place(machine, table)
         if "name" in table:
-            changes["name"] = _free_name(str(table["name"]), _at(self.tables, above))
+            changes["name"] = _free_name(str(table["name"]), value_at(self.tables, above))
         self._edit(lambda: with_copy(self.text, path, changes), path, "copy")
         return f"{above}.{int(number) + 1}"
 
@@ -148,19 +163,25 @@ class Design:
 
     def undo(self) -> None:
         """The text before the last edit."""
-        if self.before:
-            self.after.append(self.text)
-            self._become(self.before.pop())
+        self._step(self.before, self.after)
 
     def redo(self) -> None:
         """The text before the last undo."""
-        if self.after:
-            self.before.append(self.text)
-            self._become(self.after.pop())
+        self._step(self.after, self.before)
 
-    def replace(self, text: str) -> None:
-        """Another text altogether, as one edit."""
-        self.before.append(self.text)
+    def _step(self, taken: list[tuple[str, bool]], left: list[tuple[str, bool]]) -> None:
+        """Take the last text of a list and leave the present one in the other; a swap is one of design A too."""
+        if not taken:
+            return
+        text, swaps = taken.pop()
+        left.append((self.text, swaps))
+        if swaps and self.kept:
+            self.kept = self.text
+        self._become(text)
+
+    def replace(self, text: str, swaps: bool = False) -> None:
+        """Another text altogether, as one edit, by which design A may have become this one."""
+        self.before.append((self.text, swaps))
         self.after.clear()
         self._become(text)
 
@@ -209,7 +230,7 @@ class Design:
     def _value(self, path: str, typed: str) -> Any:
         """The value of a machine file for what was typed: a bare number has the unit that the field shows."""
         declared = next((spec for here, _, spec, _ in self._leaves() if here == path), None)
-        old = _at(self.tables, path)
+        old = value_at(self.tables, path)
         number = _number(typed)
         if declared is None:
             unit = split(old)[1] if isinstance(old, str) and _number(split(old)[0]) is not None else ""
@@ -236,7 +257,7 @@ class Design:
         if new and (self.machine is not None or len(problems) > len(self.problems)):
             raise RefusedError(new[0], argument=path, value=typed)
         if not burst[1] or burst != self.burst or not self.before:
-            self.before.append(self.text)
+            self.before.append((self.text, False))
         self.after.clear()
         self._become(text, (machine, problems))
         self.burst = burst
@@ -311,19 +332,6 @@ def _on_disk(path: Path) -> str | None:
         return read_text(path)
     except MachineFileError:
         return ""
-
-
-def _at(tables: Any, path: str) -> Any:
-    """The text at a path; None where nothing is."""
-    here = tables
-    for key in path.split("."):
-        if isinstance(here, list):
-            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
-        elif isinstance(here, Mapping):
-            here = here.get(key, here if key == "0" else None)
-        else:
-            return None
-    return here
 
 
 def _shown(written: Any) -> str:

@@ -29,8 +29,7 @@ from rotorsim.analysis.design_review import AROUND, MET, MISSED, OPEN, DesignRev
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
-from rotorsim.desk.design import _at
-from rotorsim.machine.file_text import parse
+from rotorsim.machine.file_text import parse, value_at
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.report.design import SIGNS, answered, asked, tables
@@ -63,10 +62,12 @@ SCATTERED = ("criticals",)
 """Quantities of random machines."""
 MACHINES = 60
 """Random machines within the tolerance."""
-VALUES = re.compile(
-    r"bearings\.\d+\.(kxx|kyy|cxx|cyy|clearance|length)|discs\.\d+\.mass|shaft\.sections\.\d+\.outer_diameter"
-)
-"""Values that are changed to see what moves a design, and that have the tolerance."""
+VALUES = {
+    "bearings": re.compile(r"bearings\.\d+\.(kxx|kyy|cxx|cyy|clearance|length)"),
+    "discs": re.compile(r"discs\.\d+\.mass"),
+    "shaft sections": re.compile(r"shaft\.sections\.\d+\.outer_diameter"),
+}
+"""Values that are changed to see what moves a design, and that have the tolerance, by kind in their order."""
 MOST_VALUES = 24
 """Values of a machine, at most, that are changed."""
 DIGITS = 7
@@ -84,8 +85,8 @@ POSITIVE = ("top", "tolerance")
 """Those that are above 0."""
 NUMBER = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*", re.ASCII | re.IGNORECASE)
 """A number that may be typed there."""
-HIGHEST = 1e7
-"""Number from which on a value of an operating point is refused."""
+HIGHEST = {"top": 1e7, "speed": 1e7, "supply": 1e7, "tolerance": 20.0}
+"""Largest value of an operating point."""
 
 
 @dataclass(frozen=True)
@@ -187,11 +188,26 @@ class DesignCase:
         return static_deflection(self.plant)
 
     @cached_property
-    def values(self) -> list[str]:
-        """Paths of the values that are changed: those that the machine states."""
-        known = [path for path, value, _, _ in leaves(self.machine) if value and VALUES.fullmatch(path)]
+    def stated(self) -> dict[str, list[str]]:
+        """Paths of the values that the machine states and that can be changed, by kind."""
         tables = parse(self.machine.text)
-        return [path for path in known if _at(tables, path) is not None][:MOST_VALUES]
+        known = [path for path, value, spec, _ in leaves(self.machine)
+                 if spec is not None and isinstance(value, float) and value > 0
+                 and value_at(tables, path) is not None]  # fmt: skip
+        return {kind: [path for path in known if form.fullmatch(path)] for kind, form in VALUES.items()}
+
+    @property
+    def values(self) -> list[str]:
+        """Paths of the values that are changed: those of bearings first, then of discs, then of the shaft."""
+        return [path for paths in self.stated.values() for path in paths][:MOST_VALUES]
+
+    @property
+    def changed(self) -> str:
+        """Sentence of the kinds of values that are changed, each with how many of all."""
+        shares = [f"{len(set(paths) & set(self.values))} of {len(paths)} of {kind}"
+                  for kind, paths in self.stated.items() if paths]  # fmt: skip
+        total = sum(map(len, self.stated.values()))
+        return f"{len(self.values)} of {total} values are changed: {', '.join(shares)}."
 
     @cached_property
     def slopes(self) -> xr.Dataset:
@@ -398,7 +414,7 @@ def _slopes(case: DesignCase) -> Plain:
         rows.append((name, f"{100 * float(found['reserve'].values[k]):+.0f} %", "; ".join(movers) or "-"))
     return {
         "heads": ["requirement", "reserve", "points of reserve for 1 % more of"], "rows": [cells(row) for row in rows],
-        "notes": ["Each value is changed alone; the nearest limit comes first."],
+        "notes": [f"{case.changed} Each is changed alone; the nearest limit comes first."],
     }  # fmt: skip
 
 
@@ -411,8 +427,8 @@ def _scatter(case: DesignCase) -> Plain:
     return {
         "heads": ["quantity", "nominal", "5 % are below", "5 % are above", "most scatter by"],
         "rows": [cells(row) for row in rows],
-        "notes": [f"{MACHINES} random machines; diameters, masses, stiffness, damping and clearances vary by up to "
-                  f"{case.point.tolerance:g} %, each by itself."],
+        "notes": [f"{MACHINES} random machines. {case.changed} Each varies by itself, by up to "
+                  f"{case.point.tolerance:g} %."],
     }  # fmt: skip
 
 
@@ -479,8 +495,8 @@ def point_of(values: Mapping[str, Any]) -> DeskPoint:
         if typed is None or typed == "":
             continue
         number = float(typed) if NUMBER.fullmatch(str(typed)) else -1.0
-        if not (0 < number < HIGHEST or (number == 0 and name not in POSITIVE)):
-            limit = "above 0" if name in POSITIVE else "from 0 on"
+        if not (0 < number <= HIGHEST[name] or (number == 0 and name not in POSITIVE)):
+            limit = f"{'above' if name in POSITIVE else 'from'} 0 up to {HIGHEST[name]:g}"
             raise DataError(
                 f"{words} {str(typed)[:40]!r}: give a number {limit}, in {unit}", argument=name, value=typed
             )

@@ -8,7 +8,8 @@ from typing import Any
 
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
-from rotorsim.desk.design import NEW, Design, _at, _shown, unit_of
+from rotorsim.desk.design import NEW, Design, _shown, unit_of
+from rotorsim.machine.file_text import value_at
 from rotorsim.machine.schema import leaves
 
 GROUPS = {
@@ -40,7 +41,7 @@ def listed(design: Design) -> list[dict[str, Any]]:
         if part not in groups[group]:
             groups[group][part] = {"path": part, "title": _title(tables, group, part), "fields": [],
                                    "many": part != group and not part.startswith("effects.")}  # fmt: skip
-        groups[group][part]["fields"].append(_field(path, name, _at(tables, path), value, declared, doc))
+        groups[group][part]["fields"].append(_field(path, name, value_at(tables, path), value, declared, doc))
     found = []
     for key, title in GROUPS.items():
         kinds = ADDED.get(key, (key,) if key in NEW else ())
@@ -64,7 +65,12 @@ def _fields(design: Design, tables: Mapping[str, Any]) -> Iterator[tuple[str, An
             yield path, None, *known.get(path, (None, ""))
         return
     for path, value, declared, doc in leaves(design.machine):
-        if declared is not None or isinstance(value, str) or _at(tables, path) is not None or path.endswith("name"):
+        if (
+            declared is not None
+            or isinstance(value, str)
+            or value_at(tables, path) is not None
+            or path.endswith("name")
+        ):
             yield path, value, declared, doc
 
 
@@ -94,7 +100,7 @@ def _title(tables: Mapping[str, Any], group: str, part: str) -> str:
         return part.removeprefix("effects.").replace("_", " ").replace(".", " ")
     if group not in NAMES:
         return GROUPS[group]
-    table = _at(tables, part)
+    table = value_at(tables, part)
     name = table.get("name") if isinstance(table, Mapping) else None
     kind = table.get("kind") if isinstance(table, Mapping) else None
     # counted from 0 as in the file and in names of results

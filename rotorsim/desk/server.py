@@ -8,16 +8,18 @@ more. So nothing that is computed holds up what is typed.
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import subprocess
 import sys
 import warnings
-from collections.abc import AsyncIterator, Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from threading import Lock, Timer
+from time import monotonic
 from typing import Any
 
 import orjson
@@ -26,10 +28,22 @@ from fastapi.responses import StreamingResponse
 
 from fe_shaft.rotor import is_saved_rotor
 from rotorsim.base.errors import DataError, MachineFileError, NotCarried, RotorsimError
+from rotorsim.base.files import make_folder
 from rotorsim.base.processes import Child, ProcessDiedError
 from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
 from rotorsim.desk.page import show_desk
-from rotorsim.desk.panels import PANELS, SLOW, TITLES, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
+from rotorsim.desk.panels import (
+    HIGHEST,
+    PANELS,
+    SLOW,
+    TITLES,
+    DesignCase,
+    DeskPoint,
+    answer,
+    as_commands,
+    as_python,
+    point_of,
+)
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.starts import STARTS, begin, free
 from rotorsim.live.serving import Announce, print_address, serve, with_page
@@ -76,7 +90,7 @@ class DesignDesk:
             "unkept": design.unkept,
             "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.supplied,
             "panels": [{"name": name, "title": title, "slow": name in SLOW} for name, title in TITLES.items()],
-            "kept": bool(design.kept),
+            "text": _digest(design.text), "kept": _digest(design.kept), "tolerance": HIGHEST["tolerance"],
         }  # fmt: skip
 
     def act(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -110,16 +124,17 @@ class DesignDesk:
                                stdout=subprocess.PIPE, text=True)  # fmt: skip
         self.rigs.append(rig)
         assert rig.stdout is not None
-        late = Timer(START, rig.kill)
+        late, begun = Timer(START, rig.kill), monotonic()
         late.start()
         try:
             for line in rig.stdout:
                 if "http://" in line:
                     return line[line.index("http://") :].split()[0]
+            code = rig.wait()
         finally:
             late.cancel()
-        way = f"the live rig did not start within {START:g} s; see the terminal"
-        raise MachineFileError(way, argument="machine")
+        how = f"ended with exit code {code}" if monotonic() - begun < START else f"did not start within {START:g} s"
+        raise MachineFileError(f"the live rig {how}; see the terminal", argument="machine", value=code)
 
     def close(self) -> None:
         """End the live rigs that were started here."""
@@ -152,12 +167,14 @@ def _open(desk: DesignDesk, values: Mapping[str, str]) -> None:
 
 
 def _files(folder: Path) -> list[Path]:
-    """Machine files of a folder, and those of rotors that ROSS saved."""
-    return sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".json") and path.is_file())
+    """Machine files of a folder, which need not be there yet, and those of rotors that ROSS saved."""
+    there = folder.iterdir() if folder.is_dir() else ()
+    return sorted(path for path in there if path.suffix in (".toml", ".json") and path.is_file())
 
 
 def _put(desk: DesignDesk, design: Design) -> None:
-    """The design on the desk, with the edits of an earlier one that were not saved."""
+    """The design on the desk, its folder made, with the edits of an earlier one that were not saved."""
+    make_folder(design.path.parent)
     design.revision = 1 + (desk.design.revision if desk.design is not None else 0)
     left = unsaved_edits(design)
     desk.design, desk.remark = design, ""
@@ -194,6 +211,7 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
     "mirror": _edit(lambda design, v: design.mirror(v.get("path", ""))),
     "keep": _edit(lambda design, v: design.keep()),
     "swap": _edit(lambda design, v: design.swap()),
+    "forget": _edit(lambda design, v: design.forget()),
     "copy": _edit(lambda design, v: design.copy(v.get("path", ""))),
     "delete": _edit(lambda design, v: design.delete(v.get("path", ""))),
     "undo": _edit(lambda design, v: design.undo()),
@@ -202,6 +220,11 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
     "take": _edit(lambda design, v: design.take_disk()),
 }
 """Questions of a page, by name."""
+
+
+def _digest(text: str) -> str:
+    """Short digest of a text, by which a page tells its answers from those of another; empty for none."""
+    return hashlib.sha256(text.encode()).hexdigest()[:12] if text else ""
 
 
 def _plain_view(machine: Machine) -> dict[str, Any]:
@@ -245,23 +268,36 @@ class PanelStream:
     _child: Child | None = None
     _working: tuple[str, DeskPoint] | None = None
 
-    async def stream(self, design: Design, window: str, names: list[str], point: DeskPoint) -> AsyncIterator[bytes]:
-        """A line of JSON for each panel as soon as it is known, until the window asks for something else."""
-        text, revision, machine = design.text, design.revision, design.machine
+    async def stream(
+        self, design: Design, window: str, names: list[str], point: DeskPoint, of_kept: Sequence[str] = ()
+    ) -> AsyncIterator[bytes]:
+        """A line of JSON for each panel as soon as it is known, until the window asks for something else.
+
+        Those of the kept design A that the window asks for come after those of the design itself.
+        """
+        revision, machine = design.revision, design.machine
         if machine is None or design.problems:
             return
         number = self.wanted.get(window, (0, "", point))[0] + 1
-        self.wanted[window] = number, text, point
+        asked = [(design.text, machine, names)]
+        if of_kept and design.kept not in ("", design.text):
+            asked.append((design.kept, Machine.from_text(design.kept), list(of_kept)))
+        self.wanted[window] = number, design.text, point
         self._end_unwanted()
         try:
-            for name in sorted(names, key=SLOW.__contains__):
-                far = name in SLOW or (bool(machine.films) and name not in NEAR)
-                if name in SLOW:
-                    await asyncio.sleep(CALM)
-                found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
-                if found is None:
-                    return
-                yield orjson.dumps({"revision": revision, "panel": name, "answer": found}) + b"\n"
+            for text, one, panels in asked:
+                for name in sorted(panels, key=SLOW.__contains__):
+                    if name in SLOW:
+                        await asyncio.sleep(CALM)
+                    if self.wanted[window][0] != number:
+                        return
+                    self.wanted[window] = number, text, point
+                    far = name in SLOW or (bool(one.films) and name not in NEAR)
+                    found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
+                    if found is None:
+                        return
+                    line = {"revision": revision, "panel": name, "answer": found, "text": _digest(text)}
+                    yield orjson.dumps(line) + b"\n"
         finally:
             if self.wanted[window][0] == number:
                 self.wanted[window] = number, "", point  # a window that is closed waits for nothing
@@ -309,6 +345,11 @@ async def _content(request: Request) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
+def _known(names: Any) -> list[str]:
+    """The names of panels in what a request holds."""
+    return [name for name in names if isinstance(name, str) and name in PANELS] if isinstance(names, list) else []
+
+
 def application(desk: DesignDesk, answers: PanelStream) -> Any:
     """Web application of a desk without access control: the page at /, the design, its answers and its report."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
@@ -330,15 +371,14 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
     @app.post("/answers")
     async def answer_panels(request: Request) -> Response:
         content = await _content(request)
-        names = content.get("panels")
-        known = [name for name in names if name in PANELS] if isinstance(names, list) else []
+        names, of_kept = (_known(content.get(key)) for key in ("panels", "kept"))
         if desk.design is None:
             return reply({})
         try:
             point = point_of(content)
         except DataError as error:
             return reply({"error": str(error)})
-        stream = answers.stream(desk.design, str(content.get("window"))[:40], known, point)
+        stream = answers.stream(desk.design, str(content.get("window"))[:40], names, point, of_kept)
         return StreamingResponse(stream, media_type="application/x-ndjson", headers={"cache-control": "no-store"})
 
     @app.post("/scripts")

@@ -55,6 +55,19 @@ def parse(text: str) -> dict[str, Any]:
         raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
 
 
+def value_at(tables: Any, path: str) -> Any:
+    """What is written at the dotted `path` of tables; None where nothing is."""
+    here = tables
+    for key in path.split("."):
+        if isinstance(here, list):
+            here = here[int(key)] if key.isdecimal() and int(key) < len(here) else None
+        elif isinstance(here, Mapping):
+            here = here.get(key, here if key == "0" else None)
+        else:
+            return None
+    return here
+
+
 def dumps(part: Part) -> str:
     """Canonical TOML of a part: every value with its unit, exact to the last bit."""
     return "\n".join(_table(part, "")).lstrip("\n") + "\n"

@@ -1,5 +1,6 @@
 """Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
 
+import asyncio
 import subprocess
 import sys
 import tomllib
@@ -7,7 +8,9 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import orjson
 import pytest
+from starlette.requests import Request
 
 from random_edits import edits
 from rotorsim.base.errors import MachineFileError, NotCarried
@@ -16,7 +19,7 @@ from rotorsim.desk import Design, open_design
 from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
 from rotorsim.desk.panels import DeskPoint
 from rotorsim.desk.parts import listed, problem_fields
-from rotorsim.desk.server import DesignDesk, answer_of
+from rotorsim.desk.server import DesignDesk, PanelStream, answer_of, application, make_desk
 from rotorsim.desk.starts import STARTS, begin
 from rotorsim.machine import Machine, from_ross, machine_text, shipped_machines
 
@@ -265,6 +268,17 @@ def test_a_live_rig_that_says_nothing_is_ended(design, monkeypatch, tmp_path):
     assert desk.rigs[0].wait() < 0
 
 
+def test_a_live_rig_that_ends_at_once_is_told_with_its_exit_code(design, monkeypatch, tmp_path):
+    begin_process = subprocess.Popen
+    monkeypatch.setattr(
+        "rotorsim.desk.server.subprocess.Popen",
+        lambda words, **rest: begin_process([sys.executable, "-c", "raise SystemExit(3)"], **rest),
+    )
+    with pytest.raises(MachineFileError) as error:
+        DesignDesk(design, tmp_path).run_up()
+    assert error.value.value == 3 and "3" in str(error.value)
+
+
 def test_a_section_is_split_into_halves_that_are_the_same_shaft(tmp_path):
     design = open_design("plain_rotor", tmp_path)
     design.set("shaft.sections.0.outer_diameter_right", "30 mm")
@@ -295,8 +309,58 @@ def test_design_a_is_kept_and_changes_places_with_the_text_as_one_edit(design):
     assert design.text == begun and design.kept != begun
     design.swap()
     assert design.machine.discs[0].mass == 5
+    assert design.kept == begun
     design.undo()
-    assert design.text == begun
+    assert (design.text, design.kept) == (begun, design.after[-1][0])
+    design.redo()
+    assert design.machine.discs[0].mass == 5 and design.kept == begun
+    design.forget()
+    design.undo()
+    assert design.text == begun and not design.kept
+
+
+def test_a_design_in_a_folder_that_is_not_there_begins_empty_and_is_saved(tmp_path):
+    desk = make_desk(tmp_path / "new" / "my.toml", tmp_path)
+    assert desk.state()["files"] == []
+    assert desk.act("start", {"key": "springs"}) == {"chosen": ""} and not desk.state()["unkept"]
+    desk.act("set", {"path": "discs.0.mass", "text": "5"})
+    assert desk.act("save", {}) == {"chosen": ""}
+    assert Machine.from_text((tmp_path / "new" / "my.toml").read_text()).discs[0].mass == 5
+
+
+def test_answers_of_design_a_come_after_those_of_the_design_and_are_of_its_text(tmp_path):
+    design = open_design("plain_rotor", tmp_path)
+    desk, answers = DesignDesk(design, tmp_path), PanelStream()
+    design.keep()
+    kept = design.text
+    design.set("discs.0.mass", "8")
+
+    async def lines():
+        return [orjson.loads(line) async for line in answers.stream(design, "w", ["static"], DeskPoint(), ["static"])]
+
+    first, second = asyncio.run(lines())
+    state = desk.state()
+    assert (first["text"], second["text"]) == (state["text"], state["kept"])
+    assert first["answer"] == answer_of(design.text, DeskPoint(), "static")
+    assert second["answer"] == answer_of(kept, DeskPoint(), "static") != first["answer"]
+    desk.act("forget", {})
+    assert desk.state()["kept"] == "" and len(asyncio.run(lines())) == 1
+
+
+@pytest.mark.parametrize("names", [[["static"]], [{"a": 1}], [None, 5], "static", {"static": 1}])
+def test_names_of_panels_that_are_no_texts_are_left_out(tmp_path, names):
+    app = application(DesignDesk(open_design("plain_rotor", tmp_path), tmp_path), PanelStream())
+    answer_panels = next(route.endpoint for route in app.routes if getattr(route, "path", "") == "/answers")
+    sent = orjson.dumps({"panels": names, "kept": names})
+
+    async def receive():
+        return {"type": "http.request", "body": sent, "more_body": False}
+
+    async def lines():
+        answer = await answer_panels(Request({"type": "http", "method": "POST", "headers": []}, receive))
+        return [line async for line in answer.body_iterator]
+
+    assert asyncio.run(lines()) == []
 
 
 def test_a_rotor_that_ross_saved_is_opened_as_a_machine_of_its_own(tmp_path):

@@ -6,11 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import orjson
 import pytest
+import xarray as xr
 
 import rotorsim as rs
+from rotorsim.analysis.campbell import top_speed
 from rotorsim.analysis.design_review import MISSED
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.desk.panels import PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
+from rotorsim.desk import open_design
+from rotorsim.desk.panels import MOST_VALUES, PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
 from rotorsim.desk.server import answer_of
 from rotorsim.machine import machine_text
 from rotorsim.report.design import answered, tables
@@ -113,12 +116,28 @@ def test_an_operating_point_takes_numbers_and_what_is_empty_is_the_machines_own(
 @pytest.mark.parametrize(
     ("name", "value"),
     [("supply", "-1"), ("supply", -0.1), ("speed", "fast"), ("top", "0"), ("top", float("inf")), ("speed", True),
-     ("top", "1e400"), ("supply", "nan"), ("speed", [1]), ("top", "1_0")],
+     ("top", "1e400"), ("supply", "nan"), ("speed", [1]), ("top", "1_0"), ("tolerance", "20.1"), ("top", 1.1e7)],
 )  # fmt: skip
 def test_an_operating_point_refuses_what_is_no_number_from_zero_on(name, value):
     with pytest.raises(DataError) as error:
         point_of({name: value})
     assert (error.value.argument, error.value.value) == (name, value)
+
+
+def test_bearings_and_discs_are_changed_before_sections_and_the_note_states_how_many_of_all(tmp_path):
+    design = open_design("plain_rotor", tmp_path)
+    while len(design.machine.shaft.sections) < 30:
+        design.split("shaft.sections.0")
+    case = DesignCase(design.machine)
+    assert len(case.values) == MOST_VALUES < sum(map(len, case.stated.values()))
+    assert set(case.stated["bearings"] + case.stated["discs"]) < set(case.values)
+    sections = MOST_VALUES - len(case.stated["bearings"]) - len(case.stated["discs"])
+    case.__dict__["slopes"] = xr.Dataset(
+        {"reserve": ("check", [1.0]), "slope": (("check", "path"), np.zeros((1, MOST_VALUES)))}, {"check": ["one"]}
+    )
+    case.__dict__["scatter"] = SimpleNamespace(quantities=())
+    for name in ("slopes", "scatter"):
+        assert f"{sections} of 30 of shaft sections" in answer(case, name)["notes"][0]
 
 
 SAMPLE = ("dtu_gas_bearing", "rigid_rotor_self_acting", "pump_on_tables")
@@ -148,7 +167,29 @@ def test_slopes_of_the_permissible_unbalance_are_those_of_its_closed_form():
     assert disc / used == pytest.approx(plant.machine.discs[0].mass / plant.machine.mass, rel=3e-3)
 
 
-@pytest.mark.parametrize("path", ["bearings.0.kind", "name", "discs.7.mass", "bearings.0.position"])
+def test_slopes_are_at_the_operating_speed_of_the_machine_where_that_of_a_changed_one_is_rounded_otherwise():
+    """Permissible unbalance of a machine below the edge of a digit of its top speed, by the closed form of its mass."""
+    path = "shaft.sections.0.outer_diameter"
+    plant = rs.Plant(rs.load_machine("plain_rotor").replace(path, "20.079 mm"))
+    changed = rs.Plant(plant.machine.replace(path, f"{20.079 * 1.001!r} mm"))
+    assert top_speed(changed) > 1.01 * top_speed(plant)
+    found = rs.analysis.reserve_slopes(plant, [path])
+    one = found.sel(check="Unbalance of the machine file, all planes, G 2.5")
+    mass = plant.machine.mass
+    shaft = 2 * (mass - plant.machine.discs[0].mass) / mass
+    assert float(one["slope"][0]) == pytest.approx(shaft * (1 - float(one["reserve"])), rel=3e-3)
+
+
+def test_slopes_over_the_operating_speed_itself_are_those_of_its_closed_form():
+    """The part of the permissible unbalance that is used grows as the speed."""
+    machine = rs.load_machine("plain_rotor").replace("drive.highest_speed", "3000 rpm")
+    found = rs.analysis.reserve_slopes(rs.Plant(machine), ["drive.highest_speed"])
+    one = found.sel(check="Unbalance of the machine file, all planes, G 2.5")
+    assert float(one["slope"][0]) == pytest.approx(float(one["reserve"]) - 1, rel=1e-6)
+
+
+@pytest.mark.parametrize("path", ["bearings.0.kind", "name", "discs.7.mass", "bearings.0.position",
+                                  "effects.gravity.direction"])  # fmt: skip
 def test_slopes_refuse_what_is_no_number_above_zero(path):
     with pytest.raises(MachineFileError) as error:
         rs.analysis.reserve_slopes(rs.Plant("plain_rotor"), [path])

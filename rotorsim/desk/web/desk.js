@@ -31,14 +31,14 @@ export default {
     <button @click="act('redo')" :disabled="!state.redo" title="Ctrl+Y">Redo</button>
     <button @click="act('save')" :disabled="state.saved" title="Ctrl+S">Save</button>
     <button @click="saveAs">Save as…</button>
-    <button @click="keep" title="compare with the design as it is now">Keep as A</button>
+    <button @click="act('keep')" title="compare with the design as it is now">Keep as A</button>
     <button v-if="state.kept" @click="act('swap')" title="edit A; the design that is here becomes A">Swap A and B</button>
-    <button v-if="kept" @click="forget">Forget A</button>
+    <button v-if="state.kept" @click="act('forget')">Forget A</button>
     <span class="desk-gap"></span>
     <label>up to <input class="desk-point" v-model="point.top" inputmode="decimal" aria-label="answers up to, rpm" placeholder="own" @input="asked" /> rpm</label>
     <label>modes at <input class="desk-point" v-model="point.speed" inputmode="decimal" aria-label="mode shapes at, rpm" placeholder="top" @input="asked" /> rpm</label>
     <label v-if="state.fed">supply <input class="desk-point" v-model="point.supply" inputmode="decimal" aria-label="supply pressure, MPa gauge" @input="asked" /> MPa</label>
-    <label>tolerance <input class="desk-slide" type="range" min="1" max="20" step="1" v-model="point.tolerance" aria-label="tolerance, percent" @change="asked" /> {{ point.tolerance }} %</label>
+    <label>tolerance <input class="desk-slide" type="range" min="1" :max="state.tolerance" step="1" v-model="point.tolerance" aria-label="tolerance, percent" @change="asked" /> {{ point.tolerance }} %</label>
     <span class="desk-gap"></span>
     <button @click="scripts('python')">as Python</button>
     <button @click="scripts('commands')">as commands</button>
@@ -115,7 +115,7 @@ export default {
   </div>
   </template></div>`,
   data: () => ({
-    state: null, answers: {}, before: {}, revisions: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5", tolerance: "5" },
+    state: null, answers: {}, before: {}, revisions: {}, texts: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5", tolerance: "5" },
     opened: {}, more: {}, hidden: stored(), large: "", chosen: "", sentence: "", conflict: false, script: "", rig: "", over: "",
     pointWrong: "", kept: null, mode: 0, moving: !window.matchMedia("(prefers-reduced-motion: reduce)").matches, starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
   }),
@@ -190,6 +190,7 @@ export default {
     },
     take(state) {
       const other = !this.state || this.state.revision !== state.revision || !state.groups !== !this.state.groups;
+      this.know(state);
       this.state = state;
       this.$nextTick(() => this.resized());
       if (state.groups && other) this.ask();
@@ -207,6 +208,8 @@ export default {
       }
     },
     asked() {
+      if (this.kept) this.kept = {};
+      this.texts = {};
       clearTimeout(this.calm);
       this.calm = setTimeout(() => this.ask(), 150);
     },
@@ -221,7 +224,8 @@ export default {
       return this.stream(["static"]);
     },
     async stream(names) {
-      const content = { window: WINDOW, panels: names, ...this.point };
+      const kept = this.kept ? names.filter((name) => !this.kept[name]) : [];
+      const content = { window: WINDOW, panels: names, kept, ...this.point };
       if (this.streaming) this.streaming.abort();
       const own = (this.streaming = new AbortController());
       try {
@@ -247,9 +251,15 @@ export default {
         if (error.name !== "AbortError") this.over = "The desk does not answer.";
       }
     },
-    answered({ revision, panel, answer }) {
+    answered({ revision, panel, answer, text }) {
+      if (this.kept && text === this.state.kept) {
+        this.kept[panel] = answer;
+        this.paint(panel);
+        if (text !== this.state.text) return;
+      }
       this.answers[panel] = answer.error && this.answers[panel] ? { ...this.answers[panel], error: answer.error } : answer;
       this.revisions[panel] = revision;
+      this.texts[panel] = text;
       this.waiting[panel] = false;
       this.$nextTick(() => {
         this.paint(panel);
@@ -323,14 +333,11 @@ export default {
       event.preventDefault();
       this.act(name);
     },
-    // A is what all panels show when it is kept; slow ones that come later are not of it.
-    keep() {
-      this.kept = { ...this.answers };
-      this.act("keep");
-      this.redraw();
-    },
-    forget() {
-      this.kept = null;
+    // Answers of design A: those on view where A is the design that was on view, else the server is asked for them.
+    know(state) {
+      if ((state.kept || "") === (this.state?.kept || "")) return;
+      const fresh = Object.keys(this.answers).filter((name) => state.kept === this.texts[name] && !this.waiting[name] && !this.answers[name].error);
+      this.kept = state.kept ? Object.fromEntries(fresh.map((name) => [name, this.answers[name]])) : null;
       this.redraw();
     },
     ghost(name) {

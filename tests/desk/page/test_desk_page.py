@@ -3,13 +3,14 @@
 import json
 import os
 import re
+import time
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
 
-from live_browser import IN_BROWSER, expect
+from live_browser import IN_BROWSER, PATIENCE, expect
 from random_edits import edits
 from rotorsim.desk import Design
 from rotorsim.machine import Machine, machine_text
@@ -20,11 +21,11 @@ from rotorsim.report.page import cells
 pytestmark = IN_BROWSER
 
 
-def table(page, name):
+def table(page, name, of="table"):
     return page.evaluate(
-        "(name) => [...document.querySelectorAll(`[data-table='${name}'] tbody tr`)].map("
+        "([name, of]) => [...document.querySelectorAll(`[data-${of}='${name}'] tbody tr`)].map("
         "(row) => [...row.cells].map((cell) => cell.textContent))",
-        name,
+        [name, of],
     )
 
 
@@ -32,12 +33,26 @@ def field(page, path):
     return page.locator(f"input[data-path='{path}']")
 
 
+def until(page, true):
+    """Wait until a condition holds."""
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end
+        page.wait_for_timeout(50)
+
+
 def settled(page):
-    """Wait until every panel shows the design as it is."""
-    page.wait_for_function(
+    """Wait until every panel shows the design as it is; `wait_for_function` would take a promise itself for true."""
+    panels = (
         "fetch('desk?known=-1').then((r) => r.json()).then((s) => [...document.querySelectorAll("
         "'[data-panel]:not([data-slow])')].every((one) => Number(one.dataset.revision) === s.revision))"
     )
+    until(page, lambda: page.evaluate(panels))
+
+
+def edits_of(page):
+    """Number of edits that can be undone."""
+    return page.evaluate("fetch('desk').then((r) => r.json()).then((s) => s.undo)")
 
 
 def shapes(page):
@@ -140,7 +155,7 @@ def test_a_file_that_changes_meanwhile_is_asked_about_and_never_replaced_unasked
 def test_a_browser_that_is_closed_loses_no_edit_and_two_windows_show_one_design(desk_of):
     page = desk_of("plain_rotor")
     field(page, "discs.0.mass").fill("5")
-    page.wait_for_function("fetch('desk').then((r) => r.json()).then((s) => s.undo === 1)")
+    until(page, lambda: edits_of(page) == 1)
     other = page.context.new_page()
     other.goto(page.address)
     expect(other.locator("input[data-path='discs.0.mass']")).to_have_value("5")
@@ -164,7 +179,7 @@ def test_a_drag_moves_the_disc_and_asks_for_no_more_answers_than_it_moves(desk_o
     times = page.evaluate("window.deskTimes")
     for name in {one["panel"] for one in times}:
         assert len([one for one in times if one["panel"] == name]) <= 40
-    assert page.evaluate("fetch('desk').then((r) => r.json()).then((s) => s.undo)") == 1
+    assert edits_of(page) == 1
 
 
 def test_the_page_begins_empty_and_a_start_is_saved_as_a_machine(desk_of):
@@ -175,6 +190,30 @@ def test_the_page_begins_empty_and_a_start_is_saved_as_a_machine(desk_of):
     expect(page.locator("[data-saved]")).to_have_text("saved")
     saved = Machine.from_text((page.file.parent / "my_overhung_wheel.toml").read_text())
     assert saved.discs[0].position > saved.bearings[1].position
+
+
+def test_design_a_and_the_design_exchange_their_answers_and_a_is_there_after_a_reload(desk_of):
+    page = desk_of("plain_rotor")
+    begun = table(page, "campbell")
+    page.get_by_role("button", name="Keep as A").click()
+    field(page, "discs.0.mass").fill("8")
+    field(page, "discs.0.mass").blur()
+    until(page, lambda: edits_of(page) == 1)
+    settled(page)
+    changed = table(page, "campbell")
+    assert changed != begun == table(page, "campbell", "kept")
+    for press, now, then in (("Swap A and B", begun, changed), ("Undo", changed, begun), ("Redo", begun, changed)):
+        edits = edits_of(page)
+        page.get_by_role("button", name=press).click()
+        until(page, lambda edits=edits: edits_of(page) != edits)
+        settled(page)
+        assert (table(page, "campbell"), table(page, "campbell", "kept")) == (now, then)
+    page.reload()
+    page.wait_for_function("document.querySelector('[data-kept=campbell]')")
+    assert table(page, "campbell", "kept") == changed
+    page.get_by_role("button", name="Forget A").click()
+    expect(page.get_by_role("button", name="Swap A and B")).to_have_count(0)
+    expect(page.locator("[data-kept]")).to_have_count(0)
 
 
 def test_parts_are_added_copied_and_deleted_by_the_keyboard_and_every_field_has_a_name(desk_of):
