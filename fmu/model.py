@@ -214,13 +214,13 @@ class PlantUnit(Unit):
         """Sizes and offsets of workspace, parameters and columns, and what ends a run."""
         a = self.assembly
         at = {v.name: v.index for v in self.variables if v.store == "input"}
-        bounded, memory = a.machine.solver.corrections is not None, a.film.convergence
+        memory = a.film.convergence
         return {
             "STEPS": a.steps_per_sample,
             "AMBIENT": float(a.machine.gas.ambient_pressure).hex(),
             "N_INPUTS": len(at),
-            "N_OUT": a.columns + EXTRA_COLUMNS + (WORK_COLUMNS if bounded else 0),
-            "BOUNDED": int(bounded),
+            "N_OUT": _outputs(a),
+            "BOUNDED": int(a.machine.solver.corrections is not None),
             "WORK(w)": f"(w[{memory + ITERATIONS}] + {PRICE} * w[{memory + FACTORISATIONS}])",
             "W_LEFT": memory + LEFT,
             "W_OVERRUNS": memory + OVERRUNS,
@@ -254,6 +254,11 @@ class PlantUnit(Unit):
             "int64_t indices[N_IX]": map(str, a.ix),
             "int32_t pressure_nodes[N_PRESSURE + 1][2]": (f"{{{i}, {j}}}" for i, j in (*pressure_nodes(a), (0, 0))),
         } | _turned_arrays(self.turned)
+
+
+def _outputs(a: Assembly) -> int:
+    """Outputs of a unit."""
+    return a.columns + EXTRA_COLUMNS + (0 if a.machine.solver.corrections is None else WORK_COLUMNS)
 
 
 def _turned_arrays(turned: tuple[Turned, ...]) -> dict[str, Iterable[str]]:
@@ -309,17 +314,21 @@ FNV_BASIS, FNV_PRIME = 1469598103934665603, 1099511628211
 
 
 def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
-    """A serialised state, at time 0, of a unit that goes on from a simulation of its plant.
+    """A serialised state, at time 0, of a unit that goes on from a simulation of its plant, with the inputs held there.
 
     Raises DataError for a simulation of another machine.
     """
     a, own = unit.assembly, simulation.assembly
     if own.machine.hash != a.machine.hash or simulation.w.size != a.w.size:
         raise DataError(f"simulation: is of {own.machine.name}, another machine than that of the unit; start its own")
-    values = {store: [v.start or 0.0 for v in unit.variables if v.store == store] for store in ("input", "turned")}
-    numbers = [0.0, np.inf, simulation.w[a.rig.seed]]
-    held = np.concatenate([values["input"], np.zeros(a.columns + EXTRA_COLUMNS), a.numbers, values["turned"], [0.0]])
-    content = struct.pack("<q3d4q", 0, *numbers, STEPPING, 0, 0, 0) + held.tobytes() + simulation.w.tobytes()
+    w, rig = simulation.w, a.rig
+    inputs = dict(zip(ROW, w[[rig.command, rig.supply, rig.held_x, rig.held_y, a.rotor.disc_fx, a.rotor.disc_fy]], strict=True))
+    inputs["injection.pressure"] -= a.machine.gas.ambient_pressure
+    values = [inputs.get(v.name, v.start or 0.0) for v in unit.variables if v.store == "input"]
+    turned = [one.value for one in unit.turned]
+    held = np.concatenate([values, np.zeros(_outputs(a)), a.numbers, turned, [0.0]])
+    numbers = [0.0, np.inf, w[rig.seed]]
+    content = struct.pack("<q3d4q", 0, *numbers, STEPPING, 0, 0, 0) + held.tobytes() + w.tobytes()
     check, size = FNV_BASIS, struct.calcsize("<8s40s2Q") + len(content)
     for byte in content:
         check = ((check ^ byte) * FNV_PRIME) % 2**64

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu.check import plant_outputs
-from fmu.export import plant_unit
+from fmu.export import bounded, plant_unit
 from fmu.importer import reference_inputs
 from fmu.turned import turned_numbers, value_of
 from fmu.variables import ROW
@@ -126,21 +126,39 @@ def test_a_pressure_below_vacuum_is_refused_at_the_ambient_pressure_that_was_set
     fresh.step(0.0, SAMPLE)
 
 
-@pytest.mark.parametrize("begin", ["orbit", "moving"])
-def test_a_unit_goes_on_from_a_state_of_python_with_its_bits(units, files, model, begin):
+@pytest.mark.parametrize(("begin", "real_time"), [("orbit", False), ("moving", False), ("moving", True)])
+def test_a_unit_goes_on_from_a_state_of_python_with_its_bits(units, exported_plant, model, begin, real_time):
     unit, inputs = units[3], reference_inputs(model, 60, SAMPLE)
+    if real_time:
+        model, unit = exported_plant(bounded(model.plant), 0.0, model.pressure)
     inputs["shaft.speed_ref"] += 300.0
     rows = np.column_stack([inputs.get(name, np.zeros(60)) for name in ROW])
     simulation = model.plant.start(300.0, model.pressure, 7, "orbit" if begin == "orbit" else "rest")
     if begin == "moving":
         simulation.advance(rows[:20])
-    start = state(files[3], simulation)
+    start = state(unit.path, simulation)
     truth = simulation.advance(rows)
     instance = unit.instance()
     instance.restore(start)
     found = instance.run(inputs, SAMPLE, ["disc.x", "disc.y", "shaft.speed", "meas.disc_x"])
     for k, name in enumerate(("disc_x", "disc_y", "speed", "disc_measured_x")):
         assert found[:-1, k].tobytes() == truth[:, AT[name]].tobytes(), name
+    instance.close()
+
+
+def test_a_state_of_python_holds_the_inputs_of_its_simulation(units, model):
+    row = [310.0, 0.52e6, 1.0, -0.5, 3.0, 1.0]
+    simulation = model.plant.start(300.0, 0.5e6)
+    simulation.advance(np.tile(row, (20, 1)))
+    instance, names = units[3].instance(), ["disc.x", "disc.y", "shaft.speed"]
+    instance.restore(state(units[3].path, simulation))
+    assert instance.get(ROW).tolist() == row
+    found = [instance.get(names)]
+    for k in range(3):
+        instance.step(k * SAMPLE, SAMPLE)
+        found.append(instance.get(names))
+    truth = simulation.advance(np.tile(row, (4, 1)))
+    assert np.array(found).tobytes() == truth[:, [AT["disc_x"], AT["disc_y"], AT["speed"]]].tobytes()
     instance.close()
 
 

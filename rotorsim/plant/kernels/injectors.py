@@ -312,7 +312,7 @@ def feed_sample(w, P, supply, ref_x, ref_y):
     w[RIG.line], w[RIG.line_end] = supply_line(w, P, P.sample, supply, flow)
     jumped = w[RIG.line] != before
     moved = ref_x != w[RIG.held_x] or ref_y != w[RIG.held_y]
-    w[RIG.held_x], w[RIG.held_y] = ref_x, ref_y
+    w[RIG.supply], w[RIG.held_x], w[RIG.held_y] = supply, ref_x, ref_y
     if RIG.n_pin_sensor > 0:
         begin_readings(w)
     if RIG.driven == 0 and moved:

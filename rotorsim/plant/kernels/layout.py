@@ -186,8 +186,8 @@ def make_rotor_layout(
     return RotorLayout(n=n_modes, n_machine=n_machine, size=at, **flags, **offsets, **own)
 
 
-RIG_SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "held_x", "held_y",
-           "impulse", "torque_old", "torque_mid")  # fmt: skip
+RIG_SCALARS = ("seed", "tick", "begin", "command", "ripple", "line", "line_end", "supply", "held_x",
+           "held_y", "impulse", "torque_old", "torque_mid")  # fmt: skip
 READINGS = 6
 """Disc x, y [m], shaft angle [rad], speed [rad/s], gauge pressure [Pa], angle of the probes' ring [rad]."""
 
@@ -208,7 +208,7 @@ class RigLayout(NamedTuple):
     """Sizes and offsets (in doubles); `n_...` are numbers of effects of a port; `driven`: piezos move the pins.
 
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
-    supply pressure [Pa, absolute] at both ends of the sample; impulse [N m s] that rub and contact have given the shaft
+    pressure [Pa, absolute] behind the supply line at both ends of the sample, supply the one before it; impulse [N m s] that rub and contact have given the shaft
     since the sample's start, their torque [N m] at the start and in the middle of a step; clearance [m], mean gap of
     each film; uneven [m], how much it varies; heat, rises [K] of gas, journal and sleeve of each film; held: reference
     [V]. seen and read, signals [m] of the pins' sensors at the end and at the start of the sample. n_inj injectors of
@@ -242,6 +242,7 @@ class RigLayout(NamedTuple):
     ripple: int
     line: int
     line_end: int
+    supply: int
     clearance: int
     uneven: int
     heat: int

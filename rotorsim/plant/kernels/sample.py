@@ -72,6 +72,7 @@ def prepare(w, P, speed, supply, flow):
             w[RIG.states + s] = 0.0
         _, w[RIG.line] = supply_line(w, P, 1e9, supply, flow)
         w[RIG.line_end] = w[RIG.line]
+        w[RIG.supply] = supply
         if RIG.driven > 0:
             within = rest_piezos(w, P)
         else:

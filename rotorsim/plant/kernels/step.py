@@ -9,7 +9,7 @@ Where a journal is in contact or moves towards it, a step whose error, by the th
 them would have been within the limit as one. Elsewhere no bit depends on this.
 
 Where `solver.corrections` bounds a step's work, it is never repeated: a stage out of room keeps its last correction,
-or, where that is far off, the films of the step's start.
+or, where that is far off or there is none, the films of the step's start.
 """
 
 from __future__ import annotations
@@ -86,6 +86,10 @@ INEXACT = -3
 """Status of a step whose error near contact is too large."""
 RESERVE = 3.0
 """Corrections that bounded work keeps for the second stage."""
+LOST = 1.0
+"""Error (pressure / ambient + journal / clearance) that is noted where bounded work finds no answer."""
+MOST_ROUNDS = 30
+"""Most solutions of a stage until contacts, or forces that depend on the motion, agree with it."""
 SETTLINGS = 4
 """Corrections of journals in contact, each as cheap as a reading of the gap, before the films are solved."""
 
@@ -275,6 +279,18 @@ def hold_films(w, P, speed, adt):
         thickness(film_part(w, f), film_constants(P, f), FILM)
 
 
+@inlined
+def give_up(w, P, speed, adt):
+    """End a stage that has no answer: NOT_CONVERGED, or where work is bounded the films held, and new factors next."""
+    c = FILM.convergence
+    if w[c + LIMIT] == 0.0:
+        return NOT_CONVERGED
+    cut_short(w, c, LOST)
+    w[c + SURPRISE] = LOST
+    hold_films(w, P, speed, adt)
+    return 1
+
+
 @kernel
 def solve_stage(w, ix, P, speed, adt):
     """Films, plena, journals and contacts of a stage: the contacts' linearisation is repeated until it holds."""
@@ -287,12 +303,12 @@ def solve_stage(w, ix, P, speed, adt):
         if room_left(w, FILM.convergence) > PRICE:
             factorise(w, ix, P, speed, 1.0 / adt)
         w[FILM.convergence + FRESH] = 0.0
-    for _ in range(30):
+    for _ in range(MOST_ROUNDS):
         for f in range(ROTOR.n_films):
             v, s = film_part(w, f), ROTOR.journal_before + 2 * f
             w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
         if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
-            return NOT_CONVERGED
+            return give_up(w, P, speed, adt)
         agreed = RIG.n_contact == 0 or contacts_agree(w, P, speed, adt)
         if not agreed and room_left(w, FILM.convergence) < 1.0:
             cut_short(w, FILM.convergence, journals_moved(w, P))
@@ -301,14 +317,14 @@ def solve_stage(w, ix, P, speed, adt):
         if agreed or w[FILM.convergence + CUT] > 0.0:
             return 1
         journal_equation(w, P, speed, adt)
-    return NOT_CONVERGED
+    return give_up(w, P, speed, adt)
 
 
 @kernel
 def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
     """Rotor and films at a stage's end, repeated until forces that depend on the motion agree with it."""
     guess_motion(w, P, tau)
-    for _ in range(30):
+    for n in range(MOST_ROUNDS):
         for m in range(ROTOR.n):
             w[ROTOR.f + m] = 0.0
         add_force(w, ROTOR, ROTOR.struck, w[ROTOR.disc_fx], w[ROTOR.disc_fy], ROTOR.f)
@@ -327,7 +343,7 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
         missed = missed_motion(w, P, t, angle, speed, adt)
         if missed < P.motion_tolerance:
             return 1
-        if room_left(w, FILM.convergence) < 1.0:
+        if room_left(w, FILM.convergence) < 1.0 or (P.corrections > 0.0 and n == MOST_ROUNDS - 1):
             cut_short(w, FILM.convergence, missed * P.tolerance / P.motion_tolerance)
             return 1
         correct_motion(w, P, t, angle, speed, adt)
@@ -542,7 +558,7 @@ def step(w, ix, P):
             if status == INEXACT:
                 largest = part
             w[ROTOR.order] = 0.0
-            if part == 0 or P.corrections > 0.0:
+            if part == 0:
                 return NOT_CONVERGED
     if part < largest:
         w[ROTOR.order] = 0.0
