@@ -223,7 +223,7 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
 
 
 def _digest(text: str) -> str:
-    """Short digest of a text, by which a page tells its answers from those of another; empty for none."""
+    """Short digest of a text, by which a page distinguishes its answers from those of another; empty for none."""
     return hashlib.sha256(text.encode()).hexdigest()[:12] if text else ""
 
 

@@ -614,7 +614,7 @@ class DiagnosisRun:
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
         return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False)
 
-    def _converged(self, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+    def _rivals_converged(self, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
 
         Sensitivities foretell how near each comes.
@@ -652,7 +652,7 @@ class DiagnosisRun:
         """
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
         law, known = laws[0], base.cost
-        near = self._converged(rivals) if known - _priced(law) >= CLEAR else []
+        near = self._rivals_converged(rivals) if known - _priced(law) >= CLEAR else []
         rival = min(near, key=priced, default=None)
         known = known if rival is None else min(known, priced(rival))
         if known - _priced(law) < CLEAR:

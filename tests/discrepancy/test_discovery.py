@@ -552,9 +552,9 @@ def test_the_nearest_rival_of_a_law_and_the_one_that_may_come_nearest_are_fitted
     run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
     monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
     rivals = [rival(*one) for one in zip("abc", (400.0, 430.0, 440.0), slopes, strict=True)]
-    found = {h.forms[0].key: h.fit.cost for h in run._converged(rivals)}
+    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals)}
     assert found == {h.forms[0].key: h.fit.cost - 1.0 for h in rivals if h.forms[0].key in two}
-    assert run._converged([]) == []
+    assert run._rivals_converged([]) == []
 
 
 @pytest.mark.parametrize(("diameter", "fitted"), [("20 mm", True), ("300 mm", False)])
