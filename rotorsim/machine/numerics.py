@@ -61,8 +61,8 @@ class Solver(Part):
         "1", "Tolerance of the film pressure, relative to ambient pressure.", 5e-6, above=0, high=1e-3
     )
     corrections: int | None = count(
-        "Most corrections of a time step, a factorisation counted as ten; as many as the tolerance takes when not given. "
-        "From 20 on: new factors, and ten more for two stages.", None, low=20, high=1000, example=50,
+        "Most corrections of a time step, a factorisation counted as ten; as many as the tolerance takes when not "
+        "given. From 20 on: new factors, and ten more for two stages.", None, low=20, high=1000, example=50,
     )  # fmt: skip
     modes_per_plane: int = count("Rotor modes kept in each plane.", 6, low=1, high=40)
     minimum_film: float = quantity(
