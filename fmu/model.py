@@ -322,7 +322,9 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
     if own.machine.hash != a.machine.hash or simulation.w.size != a.w.size:
         raise DataError(f"simulation: is of {own.machine.name}, another machine than that of the unit; start its own")
     w, rig = simulation.w, a.rig
-    inputs = dict(zip(ROW, w[[rig.command, rig.supply, rig.held_x, rig.held_y, a.rotor.disc_fx, a.rotor.disc_fy]], strict=True))
+    inputs = dict(
+        zip(ROW, w[[rig.command, rig.supply, rig.held_x, rig.held_y, a.rotor.disc_fx, a.rotor.disc_fy]], strict=True)
+    )
     inputs["injection.pressure"] -= a.machine.gas.ambient_pressure
     values = [inputs.get(v.name, v.start or 0.0) for v in unit.variables if v.store == "input"]
     turned = [one.value for one in unit.turned]
