@@ -157,10 +157,13 @@ class Instance:
         self.slave.exitInitializationMode()
 
     def set(self, values: Mapping[str, float]) -> None:
-        """Set variables of any type by name."""
+        """Set variables of any type by name; raises DataError for an integer that is not whole."""
         for name, value in values.items():
             v = self.unit.variables[name]
-            getattr(self.slave, f"set{v.type}")([v.valueReference], [CASTS.get(v.type, float)(value)])
+            cast = CASTS.get(v.type, float)
+            if cast is int and not float(value).is_integer():
+                raise DataError(f"{name} = {value:g}: is not whole, as it has to be; give an integer", argument=name)
+            getattr(self.slave, f"set{v.type}")([v.valueReference], [cast(value)])
 
     def get(self, names: Sequence[str]) -> np.ndarray:
         """Values of variables of any type by name."""

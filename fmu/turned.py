@@ -17,7 +17,7 @@ from rotorsim.base.errors import MachineFileError
 from rotorsim.base.quantity import Quantity, quantity_of
 from rotorsim.effects.film.gas_heating import sutherland
 from rotorsim.machine.gas_film import FREEZING, GASES, Gas, GasFilm, Injection, Orifices
-from rotorsim.machine.limits import speed_limit
+from rotorsim.machine.limits import hottest, speed_limit
 from rotorsim.machine.part import Part
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
@@ -198,14 +198,13 @@ def _value(machine: Machine, path: str) -> float:
 
 
 def _reach(machine: Machine, path: str, good: float, bound: float) -> float:
-    """The bound, or the last value towards it with which the machine is valid."""
+    """The bound, or the last value towards it with which the machine is valid and ends at the same temperature."""
 
     def holds(value: float) -> bool:
         try:
-            machine.with_({path: value})
+            return hottest(machine.with_({path: value})) == hottest(machine)
         except MachineFileError:
             return False
-        return True
 
     if holds(bound):
         return bound

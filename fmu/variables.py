@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu.turned import Turned
+from fmu.turned import FACTORS, Turned
 from identification.records.schema import warm_bodies
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, TO_RPM, dimension
@@ -109,9 +109,10 @@ def plant_variables(
     found = [UnitVariable("time", "time", "Simulation time.", "s")]
     found += [*_inputs(a, speed, pressure), *_outputs(a), *_machine_parameters(a)]
     for k, one in enumerate(turned):
-        found.append(
-            replace(_parameter(one.name, one.quantity, k, one.value, False, (one.low, one.high)), store="turned")
-        )
+        parameter = _parameter(one.name, one.quantity, k, one.value, False, (one.low, one.high))
+        least, most = min(FACTORS) * one.value, max(FACTORS) * one.value
+        beyond = f"is beyond {least:.4g} to {most:.4g}, in which the export compared it with assembled machines"
+        found.append(replace(parameter, store="turned", checked=(least, most), beyond=beyond))
     found += _effect_parameters(a)
     found.append(
         UnitVariable(
@@ -195,7 +196,8 @@ def _outputs(a: Assembly) -> Iterator[UnitVariable]:
 
 def _work(first: int) -> Iterator[UnitVariable]:
     """Outputs about steps of bounded work, from a place on."""
-    doc = "Largest error that a step of the last sample left, in pressure / ambient + journal / clearance; 0: none."
+    doc = "Largest error that a step of the last sample left, in pressure / ambient + journal / clearance; "
+    doc += "0: no stage was cut short; errors near contact are not in it."
     yield UnitVariable("solver.error_left", "output", doc, index=first)
     for k, (name, doc) in enumerate(
         {

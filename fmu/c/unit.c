@@ -195,14 +195,15 @@ static Outcome warn_beyond(Unit *u, uint32_t reference, double value) {
     return unit_tell(u, WARNING, "logStatusWarning", "%s = %s: %s", v->name, shown(text, v, value), v->beyond);
 }
 
-/* FAILED after a sentence about an input that makes no sense, WARNING after the first about one beyond what was checked. */
+/* FAILED after a sentence about an input, or a number of the machine, that makes no sense, WARNING after the first
+   about one beyond what was checked. */
 Outcome unit_check_inputs(Unit *u) {
     Outcome outcome = OK;
     if (GUARDED) return OK; /* a law keeps what is not a number out of its states, and reports it */
     for (uint32_t i = 0; i < N_VARIABLES; i++) {
         const Variable *v = &variables[i];
-        if (v->store != INPUT) continue;
-        double value = u->s.inputs[v->index];
+        if (v->store != INPUT && v->store != TURNED) continue;
+        double value = (v->store == INPUT ? u->s.inputs : u->s.turned)[v->index];
         if (!isfinite(value)) return unit_fail(u, FAILED, "%s = %g %s: not a number; check the signal", v->name, value, v->unit);
         if (value < v->low || value > v->high) return refuse_beyond(u, v, value);
         if (warn_beyond(u, i, value) == WARNING) outcome = WARNING;

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import DataError
+
 SAMPLE = 2e-4
 
 
@@ -34,6 +36,12 @@ def test_a_value_that_does_not_fit_is_refused_in_initialisation(unit, fresh, val
     import re
 
     assert re.search(sentence, refused(fresh, lambda: fresh.initialise(values)))
+
+
+def test_a_number_that_is_not_whole_is_refused_for_an_integer(fresh):
+    with pytest.raises(DataError) as error:
+        fresh.set({"effects.encoder.counts": 7.5})
+    assert error.value.argument == "effects.encoder.counts"
 
 
 def test_a_refused_value_stops_the_initialisation_even_of_an_importer_that_does_not_look(unit, fresh):

@@ -11,6 +11,8 @@ from fmu.variables import ROW
 from rotorsim.base.errors import DataError
 from rotorsim.fmu import state
 from rotorsim.machine import load_machine
+from rotorsim.machine.limits import hottest
+from rotorsim.machine.numerics import HOT
 from rotorsim.plant import Plant
 from rotorsim.plant.assemble import assemble
 from rotorsim.plant.kernels.layout import AT
@@ -88,6 +90,28 @@ def test_numbers_that_leave_no_equilibrium_end_with_a_sentence_and_a_reset_makes
     assert fresh.get(["bearing.clearance"])[0] == model.plant.machine.film.clearance
     rest = model.plant.equilibrium(model.speed, model.pressure)
     assert fresh.get(["disc.y"])[0] == pytest.approx(rest.disc[1], rel=1e-12)
+
+
+def test_a_temperature_at_which_a_run_would_end_elsewhere_is_beyond_the_limit(model):
+    machine = model.plant.machine
+    warmest = {v.name: v for v in model.variables}["gas.temperature"].high
+    assert HOT - 1e-3 < warmest <= HOT and hottest(machine.with_({"gas.temperature": warmest})) == hottest(machine)
+    fed_hot = assemble(machine.with_({"gas.temperature": 450.0}))
+    [low] = [one.low for one in turned_numbers(fed_hot) if one.name == "gas.temperature"]
+    assert HOT <= low < HOT + 1e-3 and hottest(fed_hot.machine) == np.inf
+    bounded_by_file = machine.replace("limits.temperature", "227 degC")
+    [high] = [one.high for one in turned_numbers(assemble(bounded_by_file)) if one.name == "gas.temperature"]
+    assert high > HOT
+
+
+def test_a_number_beyond_those_that_were_compared_is_warned_of_once(fresh):
+    fresh.initialise({"gas.temperature": 360.0})
+    assert fresh.messages == []
+    fresh.slave.reset()
+    fresh.initialise({"gas.temperature": 390.0})
+    fresh.step(0.0, SAMPLE)
+    [sentence] = fresh.messages
+    assert sentence.startswith("gas.temperature = 390 K")
 
 
 def test_a_viscosity_that_is_set_holds_at_any_temperature(unit, fresh, model):

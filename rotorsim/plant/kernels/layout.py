@@ -210,9 +210,10 @@ class RigLayout(NamedTuple):
     seed, tick (number of the sample), begin (its time [s]); command and ripple [rad/s] of the drive; line and line_end,
     pressure [Pa, absolute] behind the supply line at both ends of the sample, supply the one before it; impulse [N m s]
     that rub and contact have given the shaft since the sample's start, their torque [N m] at the start and in the
-    middle of a step; clearance [m], mean gap of each film; uneven [m], how much it varies; heat, rises [K] of gas, journal and sleeve of each film; held: reference
-    [V]. seen and read, signals [m] of the pins' sensors at the end and at the start of the sample. n_inj injectors of
-    all films, n_pin of them with a pin, which have n_pin_columns in the sample table.
+    middle of a step; clearance [m], mean gap of each film; uneven [m], how much it varies; heat, rises [K] of gas,
+    journal and sleeve of each film; held: reference [V]. seen and read, signals [m] of the pins' sensors at the end and
+    at the start of the sample. n_inj injectors of all films, n_pin of them with a pin, which have n_pin_columns in the
+    sample table.
     """
 
     n_inj: int
