@@ -56,7 +56,7 @@ def parse(text: str) -> dict[str, Any]:
 
 
 def value_at(tables: Any, path: str) -> Any:
-    """What is written at the dotted `path` of tables; None where nothing is."""
+    """The value that is written at the dotted `path` of tables; None where nothing is."""
     here = tables
     for key in path.split("."):
         if isinstance(here, list):

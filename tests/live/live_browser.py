@@ -57,11 +57,11 @@ def settings(page):
     return page.evaluate("fetch('settings').then(r => r.json())")
 
 
-def until(page, what, seconds=PATIENCE):
-    """Wait until the plant's settings fulfil a condition."""
+def until(page, what, seconds=PATIENCE, asked=settings):
+    """Wait until what is asked of the page, the plant's settings else, fulfils a condition."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        if what(found := settings(page)):
+        if what(found := asked(page)):
             return found
         page.wait_for_timeout(50)
     raise AssertionError([found, page.locator(".q-notification").all_inner_texts()])

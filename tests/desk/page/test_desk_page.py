@@ -3,14 +3,13 @@
 import json
 import os
 import re
-import time
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
 
-from live_browser import IN_BROWSER, PATIENCE, expect
+from live_browser import IN_BROWSER, expect, until
 from random_edits import edits
 from rotorsim.desk import Design
 from rotorsim.machine import Machine, machine_text
@@ -33,21 +32,13 @@ def field(page, path):
     return page.locator(f"input[data-path='{path}']")
 
 
-def until(page, true):
-    """Wait until a condition holds."""
-    end = time.monotonic() + PATIENCE
-    while not true():
-        assert time.monotonic() < end
-        page.wait_for_timeout(50)
-
-
 def settled(page):
     """Wait until every panel shows the design as it is; `wait_for_function` would take a promise itself for true."""
     panels = (
         "fetch('desk?known=-1').then((r) => r.json()).then((s) => [...document.querySelectorAll("
         "'[data-panel]:not([data-slow])')].every((one) => Number(one.dataset.revision) === s.revision))"
     )
-    until(page, lambda: page.evaluate(panels))
+    until(page, bool, asked=lambda page: page.evaluate(panels))
 
 
 def edits_of(page):
@@ -155,7 +146,7 @@ def test_a_file_that_changes_meanwhile_is_asked_about_and_never_replaced_unasked
 def test_a_browser_that_is_closed_loses_no_edit_and_two_windows_show_one_design(desk_of):
     page = desk_of("plain_rotor")
     field(page, "discs.0.mass").fill("5")
-    until(page, lambda: edits_of(page) == 1)
+    until(page, lambda edits: edits == 1, asked=edits_of)
     other = page.context.new_page()
     other.goto(page.address)
     expect(other.locator("input[data-path='discs.0.mass']")).to_have_value("5")
@@ -198,14 +189,14 @@ def test_design_a_and_the_design_exchange_their_answers_and_a_is_there_after_a_r
     page.get_by_role("button", name="Keep as A").click()
     field(page, "discs.0.mass").fill("8")
     field(page, "discs.0.mass").blur()
-    until(page, lambda: edits_of(page) == 1)
+    until(page, lambda edits: edits == 1, asked=edits_of)
     settled(page)
     changed = table(page, "campbell")
     assert changed != begun == table(page, "campbell", "kept")
     for press, now, then in (("Swap A and B", begun, changed), ("Undo", changed, begun), ("Redo", begun, changed)):
         edits = edits_of(page)
         page.get_by_role("button", name=press).click()
-        until(page, lambda edits=edits: edits_of(page) != edits)
+        until(page, lambda now, before=edits: now != before, asked=edits_of)
         settled(page)
         assert (table(page, "campbell"), table(page, "campbell", "kept")) == (now, then)
     page.reload()
