@@ -66,8 +66,8 @@ class ThrustState:
 class AxialState:
     """Axial equilibrium of a rotor: displacement [m], the films, and the axial mode, wn [rad/s] and damping ratio.
 
-    With the mode's eigenvalue s these are abs(s), the undamped frequency, and -Re s / abs(s). Where the mode is `overdamped`
-    the rotor creeps back without oscillation, as exp(-wn t).
+    With the mode's eigenvalue s these are abs(s), the undamped frequency, and -Re s / abs(s). Where the mode is
+    `overdamped` the rotor creeps back without oscillation, as exp(-wn t).
     """
 
     speed: float
