@@ -314,7 +314,7 @@ FNV_BASIS, FNV_PRIME = 1469598103934665603, 1099511628211
 
 
 def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
-    """A serialised state, at time 0, of a unit that goes on from a simulation of its plant, with the inputs held there.
+    """A serialised state, at time 0, of a unit that continues a simulation of its plant, with the inputs held there.
 
     Raises DataError for a simulation of another machine.
     """

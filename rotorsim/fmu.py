@@ -159,7 +159,7 @@ def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
 
 
 def state(path: str | Path, simulation: Simulation) -> bytes:
-    """State from which an instance of a plant's unit goes on as a simulation would, e.g. one that is on its orbit.
+    """State from which an instance of a plant's unit continues a simulation, e.g. one that is on its orbit.
 
     An importer deserialises it and sets it in place of the initialisation; the time there is 0. Raises DataError for
     a unit that holds no plant, or that of another machine.

@@ -14,8 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+import scipy  # loads its packages where they are first used: `scipy.signal` takes half a second
 
 from rotorsim.base.errors import UnfitError
 
@@ -47,37 +49,6 @@ class FrequencyResponse:
     segments: int
     variance: np.ndarray | None = None
     Ts: float = 0.0
-
-
-@dataclass(frozen=True)
-class Segments:
-    """Hann segments of `length` samples every `Ts` [s] that overlap by half."""
-
-    length: int
-    Ts: float
-
-    @property
-    def hop(self) -> int:
-        """Samples from one segment to the next."""
-        return max(self.length // 2, 1)
-
-    @property
-    def window(self) -> np.ndarray:
-        """Weights (length,) of the samples."""
-        return np.hanning(self.length + 1)[:-1]
-
-    @property
-    def frequency(self) -> np.ndarray:
-        """Lines (f,) [Hz]."""
-        return np.fft.rfftfreq(self.length, self.Ts)
-
-    def transforms(self, values: np.ndarray, centred: bool = False) -> np.ndarray:
-        """Transforms (channels, f, segments) of the whole segments of values (n, channels), each less its mean if
-        `centred`."""
-        cut = np.lib.stride_tricks.sliding_window_view(values, self.length, axis=0)[:: self.hop]
-        if centred:
-            cut = cut - cut.mean(axis=-1, keepdims=True)
-        return np.fft.rfft(cut * self.window).transpose(1, 2, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +91,20 @@ class CrossSpectra:
         return np.asarray(np.einsum("fpm,fpm->fp", self.yu, H.conj()).real)
 
 
+def segments_of(length: int, Ts: float) -> scipy.signal.ShortTimeFFT:
+    """Hann segments of `length` samples every `Ts` [s] that overlap by half."""
+    window = scipy.signal.windows.hann(length, sym=False)
+    return scipy.signal.ShortTimeFFT(window, max(length // 2, 1), 1 / Ts)
+
+
+def transforms(
+    window: scipy.signal.ShortTimeFFT, values: np.ndarray, detrend: Literal["constant"] | None = None
+) -> np.ndarray:
+    """Transforms (channels, f, segments) of the whole segments of values (n, channels), each less its mean if asked."""
+    first, last = window.lower_border_end[1], window.upper_border_begin(len(values))[1]
+    return np.asarray(window.stft_detrend(values.T, detrend, p0=first, p1=last))
+
+
 def frequency_response(
     u: np.ndarray, y: np.ndarray, Ts: float, resolution: float = RESOLUTION, parts: Sequence[slice] = ()
 ) -> FrequencyResponse:
@@ -148,10 +133,10 @@ def frequency_response(
             value=resolution,
         )
     length = int(min(1 / (resolution * Ts), max(at.stop - at.start for at in parts) // 4))
-    segments = Segments(length, Ts)
+    window = segments_of(length, Ts)
     long = [at for at in parts if at.stop - at.start >= length]
     inputs, outputs = (
-        np.concatenate([segments.transforms(values[at] - values[at].mean(axis=0)) for at in long], axis=-1)
+        np.concatenate([transforms(window, values[at] - values[at].mean(axis=0)) for at in long], axis=-1)
         for values in (u, y)
     )
     sums = CrossSpectra.of(inputs, outputs)
@@ -161,7 +146,7 @@ def frequency_response(
     free = max(sums.count * OVERLAPPED - u.shape[1], 0.5)
     variance = ((1 - coherence) * sums.yy / free)[:, :, None] * np.einsum("fmm->fm", inverse).real[:, None, :]
     return FrequencyResponse(
-        2 * np.pi * segments.frequency[1:], G[1:], coherence[1:], explained[1:], sums.count, variance[1:], Ts
+        2 * np.pi * window.f[1:], G[1:], coherence[1:], explained[1:], sums.count, variance[1:], Ts
     )
 
 

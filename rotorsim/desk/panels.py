@@ -82,7 +82,7 @@ FIELDS = {"top": ("answers up to", "rpm"), "speed": ("modes at", "rpm"), "supply
           "tolerance": ("tolerance", "%")}  # fmt: skip
 """Words and unit of the page's field of each value of an operating point."""
 POSITIVE = ("top", "tolerance")
-"""Those that are above 0."""
+"""Values of an operating point that are above 0."""
 NUMBER = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*", re.ASCII | re.IGNORECASE)
 """A number that may be typed there."""
 HIGHEST = {"top": 1e7, "speed": 1e7, "supply": 1e7, "tolerance": 20.0}

@@ -484,13 +484,7 @@ class DiagnosisRun:
         judgement = self._judged(base, flags, verdict, search, unexplained(self.fitted, fitted))
         if self.late is not None and judgement.verdict.status in ("unknown", "partial") and not self._acts_late():
             check_late(self.parts.values(), self.late)
-        accuracy = max(t.accuracy for t in self.fitted.trials)
-        scatter = max(own_scatter(self.fitted.trials, blocks), scatter_of_repeats(self.fitted.trials))
-        answered = judgement.verdict.status not in ("unknown", "partial")
-        best = base if judgement.verdict.best is None else judgement.verdict.best.fit
-        others = [f for part in self.parts.values() if part is not self.fitted
-                  for f in table(part, part.residual(best.point))]  # fmt: skip
-        self.contradiction = next(iter(accuracy_notes(accuracy, scatter, [*groups, *apart, *others], answered)), "")
+        self.contradiction = self._contradicted(base, judgement, blocks, [*groups, *apart])
         notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
         if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
             notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
@@ -500,6 +494,18 @@ class DiagnosisRun:
             notes += self._hints(base)
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
         return self._result(base, flags, judgement, search, notes) if other is None else other
+
+    def _contradicted(
+        self, base: ParameterFit, judgement: Judgement, blocks: Sequence[np.ndarray], groups: Sequence[Misfit]
+    ) -> str:  # fmt: skip
+        """Sentence on a stated accuracy that contradicts the records; empty where it does not."""
+        accuracy = max(t.accuracy for t in self.fitted.trials)
+        scatter = max(own_scatter(self.fitted.trials, blocks), scatter_of_repeats(self.fitted.trials))
+        answered = judgement.verdict.status not in ("unknown", "partial")
+        best = base if judgement.verdict.best is None else judgement.verdict.best.fit
+        others = [f for part in self.parts.values() if part is not self.fitted
+                  for f in table(part, part.residual(best.point))]  # fmt: skip
+        return next(iter(accuracy_notes(accuracy, scatter, [*groups, *others], answered)), "")
 
     def _placed(self, base: ParameterFit) -> ParameterFit:
         """The calibration, or that with one bearing far off where it explains the records better; sets what is far."""

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy  # loads its packages where they are first used
 import xarray as xr
 
 from rotorsim.base.errors import DataError
@@ -240,22 +241,6 @@ def _start(record: xr.Dataset) -> tuple[float, bool]:
     return (begins[calm[0]] if calm else 0.0), True
 
 
-def local_maxima(values: np.ndarray) -> np.ndarray:
-    """Places (k,) of the values (n,) above those on either side; the middle of equal ones, none at an end."""
-    steps = np.flatnonzero(np.diff(values))
-    first, last = np.append(0, steps + 1), np.append(steps, len(values) - 1)
-    size = values[first]
-    found = 1 + np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:]))
-    return (first[found] + last[found]) // 2
-
-
-def prominence(values: np.ndarray, i: int) -> float:
-    """Height of a peak above the higher of the lowest values on either side, up to where there is a higher one."""
-    higher = np.flatnonzero(values > values[i])
-    left, right = higher[higher < i].max(initial=-1) + 1, higher[higher > i].min(initial=len(values))
-    return float(values[i] - max(values[left : i + 1].min(), values[i:right].min()))
-
-
 def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str, Any]]:
     """Peaks of one order and axis where it is resolved, the largest first; before them a larger value that is none.
 
@@ -275,8 +260,7 @@ def find_resonances(tracked: xr.Dataset, order: int, axis: str) -> list[dict[str
         return []
     seen = np.flatnonzero(size)
     swept = np.ptp(np.abs(speed)) > 0.02 * np.abs(speed).max()
-    peaks = local_maxima(size[seen]) if swept else ()
-    found = [seen[i] for i in peaks if prominence(size[seen], i) >= PROMINENCE * size.max()]
+    found = seen[scipy.signal.find_peaks(size[seen], prominence=PROMINENCE * size.max())[0]] if swept else seen[:0]
     top: list[int] = []
     for i in sorted(found, key=lambda i: -size[i]):
         apart = all(abs(speed[i] - speed[j]) > APART * np.abs(speed).max() for j in top)

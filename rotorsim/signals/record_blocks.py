@@ -12,7 +12,6 @@ Cites: thesis.
 """
 
 import os
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +23,6 @@ import numpy as np
 import xarray as xr
 from xarray.backends import BackendArray, CachingFileManager
 from xarray.core import indexing
-from xarray.namedarray import pycompat
 
 from identification import SchemaError
 from identification.records.schema import measured_name, named_axes
@@ -35,31 +33,6 @@ from rotorsim.base.hdf5 import check_hdf5
 
 class MissingError(RotorsimError):
     """Raised where a record holds nothing for a figure; the message is a sentence for the reader of the report."""
-
-
-class ImportedArray:
-    """Kind of array that xarray looks for in every value, none while its package is not imported.
-
-    xarray itself imports dask.array and pint for the question, which takes longer than to read a record.
-    """
-
-    def __init__(self, name: Any, package: str, array: str) -> None:
-        self.name, self.package, self.array = name, package, array
-
-    @property
-    def type(self) -> tuple[type, ...]:
-        """The array's class in a tuple, empty before the package is imported: then no value can be one."""
-        found = getattr(sys.modules.get(self.package), self.array, None)
-        return () if found is None else (found,)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(pycompat.DuckArrayModule(self.name), name)
-
-
-ASKED = getattr(pycompat, "_cached_duck_array_modules", {})
-"""Kinds of array by name that xarray has looked for."""
-ASKED.setdefault("dask", ImportedArray("dask", "dask.array", "Array"))
-ASKED.setdefault("pint", ImportedArray("pint", "pint", "Quantity"))
 
 
 def need(held: bool, sentence: str) -> None:

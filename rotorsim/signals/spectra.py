@@ -18,12 +18,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+import scipy  # loads its packages where they are first used
 import xarray as xr
 
-from identification.records.frequency_response import CrossSpectra, Segments
+from identification.records.frequency_response import CrossSpectra, segments_of, transforms
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import TO_RPM, TO_UM
-from rotorsim.signals.orders import SECONDS, after_start, local_maxima
+from rotorsim.signals.orders import SECONDS, after_start
 from rotorsim.signals.record_blocks import blocks, displacement_name, need, overlapping, sampling_time
 
 LONGEST, LEAST = 4.0, 0.1
@@ -58,10 +59,10 @@ def spectrum_of(record: xr.Dataset, name: str, most: float, less: str = "") -> S
     dt, n = sampling_time(record), record.sizes["time"]
     need(n * dt >= LEAST, f"The record of {n * dt:.2g} s is too short for a spectrum.")
     length = min(n, round(LONGEST / dt))
-    segments, single, full, count = Segments(length, dt), 0.0, 0.0, 0
+    window, single, full, count = segments_of(length, dt), 0.0, 0.0, 0
     sense = -1 if "speed" in record and float(record["speed"].isel(time=n // 2)) < 0 else 1
-    for part in overlapping(record, (name, less) if less else (name,), length, segments.hop):
-        d = segments.transforms(part[name] - part[less] if less else part[name], centred=True) / segments.window.sum()
+    for part in overlapping(record, (name, less) if less else (name,), length, window.hop):
+        d = transforms(window, part[name] - part[less] if less else part[name], "constant") / window.win.sum()
         single = single + np.sum(np.abs(2 * d) ** 2, axis=-1).T
         full = full + np.sum(two_sided(d, length, sense) ** 2, axis=-1)
         count += d.shape[-1]
@@ -136,7 +137,7 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
         raise DataError(f"record: {n} samples make no spectrum; give at least 2")
     ends = np.asarray(record["time"].isel(time=[0, -1]).values, float)
     dt = (ends[1] - ends[0]) / (n - 1)
-    count = int(np.clip(min(n * dt / SECONDS, n / 2), 1, lines))
+    count = int(np.clip(n * dt / SECONDS, 1, lines))
     edges = np.linspace(0, n, count + 1).astype(int)
     piece = min(int(np.diff(edges).min()), max(2, round(1.0 / dt)))
     rows = []
@@ -151,10 +152,8 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
 def _piece_spectra(d: np.ndarray, piece: int, sense: int) -> tuple[np.ndarray, np.ndarray]:
     """Amplitude spectra of x and y (frequency, axis) and of x + i y, twice as fine as the piece's own lines."""
     cut = d[: len(d) // piece * piece].reshape(-1, piece, 2)
-    taper, slope = np.hanning(piece + 1)[:-1, None], np.linspace(-1.0, 1.0, piece)[:, None]
-    cut = cut - cut.mean(axis=1, keepdims=True)
-    cut = cut - slope * (slope * cut).sum(axis=1, keepdims=True) / (slope**2).sum()
-    found = np.fft.rfft(cut * taper / taper.sum(), 2 * piece, axis=1).transpose(2, 1, 0)
+    taper = scipy.signal.windows.hann(piece, sym=False)[:, None]
+    found = np.fft.rfft(scipy.signal.detrend(cut, axis=1) * taper / taper.sum(), 2 * piece, axis=1).transpose(2, 1, 0)
     full = two_sided(found, 2 * piece, sense)
     return np.sqrt(np.mean(np.abs(2 * found) ** 2, axis=-1)).T, np.sqrt(np.mean(full**2, axis=-1))
 
@@ -192,8 +191,7 @@ def largest_sub_synchronous(spectra: xr.Dataset) -> dict[str, float] | None:
     for i, size in enumerate(spectra["full"].values):
         turning = abs(speeds[i]) / (2 * np.pi)
         guard = 4 * spectra.attrs["resolution_hz"] + swept[i] / (2 * np.pi)
-        peaks = local_maxima(size)
-        peaks = peaks[size[peaks] >= 0.01 * size.max()]
+        peaks = scipy.signal.find_peaks(size, height=0.01 * size.max())[0]
         inside = peaks[(np.abs(signed[peaks]) > guard) & (np.abs(signed[peaks]) < turning - guard)]
         if inside.size and (best is None or size[inside].max() * TO_UM > best["um"]):
             k = inside[size[inside].argmax()]
@@ -266,10 +264,10 @@ def welch_transfer(record: xr.Dataset, inputs: tuple[int, ...], drive: str, outp
     averages = f"{FEWEST} averages of {LEAST_AVERAGED:g} s"
     reason = f"The record of {n * dt:.2g} s is too short: a frequency response takes {averages}."
     need(n >= FEWEST / 2 * length + length // 2, reason)
-    segments = Segments(length, dt)
+    window = segments_of(length, dt)
     parts = (
-        CrossSpectra.of(*(segments.transforms(part[k], centred=True) for k in (drive, output)))
-        for part in overlapping(record, (drive, output), length, segments.hop)
+        CrossSpectra.of(*(transforms(window, part[k], "constant") for k in (drive, output)))
+        for part in overlapping(record, (drive, output), length, window.hop)
     )
     sums = reduce(operator.add, parts)
     return solve(

@@ -1,20 +1,15 @@
 """Computations behind the figures against closed forms: responses, gains, loops, decays, spectra, runout."""
 
-import subprocess
-import sys
 import tracemalloc
 
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, strategies as st
-from scipy.signal import ShortTimeFFT, find_peaks, lfilter
-from scipy.signal.windows import hann
+from scipy.signal import lfilter
 
 from identification import make_record
-from identification.records.frequency_response import Segments
 from rotorsim.signals.impact import decay_of, find_pulses, impact_transfer, mode_pair, ring_downs, steady_motion
-from rotorsim.signals.orders import deceleration_of, local_maxima, prominence
+from rotorsim.signals.orders import deceleration_of
 from rotorsim.signals.record_blocks import MissingError, blocks, eventful_stretch, prepared, runout_of
 from rotorsim.signals.spectra import difference_of, spectrum_of, welch_transfer
 from rotorsim.signals.static_gain import branch_distance, directions, find_holds, loops, rest, static_gain
@@ -335,41 +330,3 @@ def test_the_stretch_lies_about_the_largest_change() -> None:
     force[3000:3004, 1] = 7
     chosen = eventful_stretch(record_of(disc_force=force, disc=force), ["disc_force"], 0.0)
     assert chosen.start < 3000 < chosen.stop and chosen.stop - chosen.start == 250
-
-
-@given(st.lists(st.integers(-3, 3), min_size=1, max_size=30))
-def test_peaks_and_their_prominence_are_those_of_scipy(values):
-    size = np.array(values, float)
-    places, known = find_peaks(size, prominence=0.0)
-    assert local_maxima(size).tolist() == places.tolist()
-    assert [prominence(size, i) for i in places] == known["prominences"].tolist()
-
-
-@pytest.mark.parametrize("length", [4, 63, 200])
-def test_segments_are_those_of_a_short_time_transform(length):
-    values = np.random.default_rng(3).normal(size=(1001, 2)) + 5.0
-    segments, known = Segments(length, 1 / FS), ShortTimeFFT(hann(length, sym=False), length // 2, FS)
-    first, last = known.lower_border_end[1], known.upper_border_begin(len(values))[1]
-    expected = known.stft_detrend(values.T, "constant", p0=first, p1=last)
-    found = segments.transforms(values, centred=True)
-    np.testing.assert_allclose(segments.frequency, known.f, rtol=1e-14)
-    np.testing.assert_allclose(np.abs(found), np.abs(expected), rtol=1e-11, atol=1e-12)
-
-
-def test_a_record_is_opened_and_analysed_without_packages_that_it_has_no_use_for(tmp_path):
-    time = np.arange(4000) / FS
-    path, disc = tmp_path / "run.nc", np.column_stack([np.sin(0.05 * time**2), np.cos(0.05 * time**2)])
-    make_record(time, {"disc": disc, "speed": 0.1 * time, "angle": 0.05 * time**2}).to_netcdf(path, engine="h5netcdf")
-    program = f"""import sys
-from rotorsim.signals.orders import find_resonances, track_orders
-from rotorsim.signals.record_blocks import open_record, prepared
-from rotorsim.signals.spectra import spectrum_of, waterfall
-record = prepared(open_record({str(path)!r}))
-waterfall(record), spectrum_of(record, "disc", 100.0), find_resonances(track_orders(record), 1, "x")
-print(*sorted({{"dask.array", "pint", "scipy.signal", "scipy.stats"}} & set(sys.modules)))
-import dask.array, numpy as np, xarray as xr
-masked = dask.array.ma.masked_array(dask.array.arange(3.0), mask=[True, False, False])
-print(np.isnan(xr.Variable("time", masked).values).sum())
-"""
-    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert ran.stdout.splitlines() == ["", "1"], ran.stderr
