@@ -496,7 +496,7 @@ class DiagnosisRun:
         return self._result(base, flags, judgement, search, notes) if other is None else other
 
     def _contradicted(
-        self, base: ParameterFit, judgement: Judgement, blocks: Sequence[np.ndarray], groups: Sequence[Misfit]
+        self, base: ParameterFit, judgement: Judgement, blocks: list[np.ndarray], groups: Sequence[Misfit]
     ) -> str:  # fmt: skip
         """Sentence on a stated accuracy that contradicts the records; empty where it does not."""
         accuracy = max(t.accuracy for t in self.fitted.trials)
