@@ -9,7 +9,7 @@ address.
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 from hashlib import sha256
@@ -233,6 +233,11 @@ class KernelLibrary(JITCodeLibrary):
 
     LEVEL, LOOPS = 2, True
 
+    def finalize(self) -> None:
+        """Link all functions that are called, each once, and make machine code of them."""
+        self._linking_libraries = _reached(self._linking_libraries)
+        super().finalize()
+
     def _optimize_functions(self, module: Any) -> None:
         module.data_layout = self._codegen._data_layout
 
@@ -286,16 +291,32 @@ class SeldomCompiler(KernelCompiler):
             self.write_to(SeldomLibrary, "seldom")
 
 
-class LinkedLibrary(KernelLibrary):
-    """Code without an address: what numba does with one finds none.
+def _reached(libraries: Iterable[Any]) -> list[Any]:
+    """Libraries with all that functions in them call."""
+    found, waiting = dict.fromkeys(libraries), [*libraries]
+    for library in waiting:
+        new = [one for one in getattr(library, "called", ()) if one not in found]
+        found.update(dict.fromkeys(new))
+        waiting += new
+    return list(found)
 
-    It is kept as bitcode, a tenth of the memory of modules that are ready to be linked.
+
+class LinkedLibrary(KernelLibrary):
+    """Code of one function without an address: what numba does with one finds none.
+
+    It is kept as bitcode, a tenth of the memory of modules that are ready to be linked. What it calls is linked with it
+    into the entry point: code that held what it calls would be copied from caller to caller.
     """
 
+    def __init__(self, codegen: Any, name: str) -> None:
+        super().__init__(codegen, name)
+        self.called: list[Any] = []
+
     def add_linking_library(self, library: JITCodeLibrary) -> None:
-        """Link other code, but for what is shared: that is called where it is."""
+        """Note other code that is called, but for what is shared: that is called where it is."""
         if library.name != SHARED:
-            super().add_linking_library(library)
+            library._ensure_finalized()
+            self.called.append(library)
 
     def _optimize_final_module(self) -> None:
         """The entry point's library is optimised when this one is part of it."""
@@ -315,8 +336,11 @@ class LinkedLibrary(KernelLibrary):
         return parse_bitcode(self._bitcode)
 
     def get_llvm_str(self) -> str:
-        """The code as text."""
-        return str(self._get_module_for_linking())
+        """The code as text, with all that it calls."""
+        module = self._get_module_for_linking()
+        for library in _reached(self.called):
+            module.link_in(library._get_module_for_linking(), preserve=True)
+        return str(module)
 
     def get_pointer_to_function(self, name: str) -> int:
         """0: there is no machine code."""

@@ -15,7 +15,6 @@ read without numba.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import sys
 from collections.abc import Callable, Iterable
 from contextlib import suppress
@@ -23,7 +22,7 @@ from functools import cache, cached_property, partial, update_wrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rotorsim.base.cache import in_cache, kernels_in
+from rotorsim.base.cache import in_cache, installed, kernels_in
 from rotorsim.base.interrupt import apart
 
 if TYPE_CHECKING:
@@ -186,7 +185,7 @@ def cache_folder(sources: Iterable[Path]) -> Path:
 
 def cache_digest(sources: Iterable[Path]) -> str:
     """Hash of sources, each with its name and length, of this Python and this numba."""
-    digest = hashlib.sha256(f"{sys.version}{importlib.metadata.version('numba')}".encode())
+    digest = hashlib.sha256(f"{sys.version}{installed('numba')}".encode())
     for source in sorted(sources):
         content = source.read_bytes()
         digest.update(f"{source.name} {len(content)}\0".encode() + content)

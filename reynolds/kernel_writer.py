@@ -69,11 +69,12 @@ class KernelWriter(ExpressionWriter):
 
     def __init__(self, function: Callable[..., Any], refuse: Callable[[str, int], NoReturn]) -> None:
         self.node = definition(function)
-        stored = [n.id for n in ast.walk(self.node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+        every = list(ast.walk(self.node))
+        stored = [n.id for n in every if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
         self.stores = Counter([*stored, *(a.arg for a in self.node.args.args)])
         self.assigned = set(stored)
         super().__init__(function, {*stored, *(a.arg for a in self.node.args.args)}, refuse)
-        plain = any(isinstance(n, ast.Return) and n.value is not None for n in ast.walk(self.node))
+        plain = any(isinstance(n, ast.Return) and n.value is not None for n in every)
         self.result: Any = None
         self.declared = types.float64 if plain else types.none
 
@@ -294,8 +295,9 @@ class KernelWriter(ExpressionWriter):
 
 def _may_leave(node: ast.stmt) -> bool:
     """Whether what follows a statement runs under a condition."""
-    leaves = (ast.Return, ast.Break, ast.Continue)
-    return isinstance(node, ast.While) or any(isinstance(n, leaves) for n in ast.walk(node))
+    if isinstance(node, (ast.If, ast.For)):
+        return any(_may_leave(inner) for inner in (*node.body, *node.orelse))
+    return isinstance(node, (ast.While, ast.Return, ast.Break, ast.Continue))
 
 
 def _surely_runs(first: Value, last: Value, step: Value) -> bool:

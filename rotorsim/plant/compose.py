@@ -291,7 +291,7 @@ class Arguments(ast.NodeTransformer):
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
         """The expression of a name that is given, else the name."""
-        return deepcopy(self.given.get(node.id, node))
+        return deepcopy(self.given[node.id]) if node.id in self.given else node
 
 
 def _result(node: ast.AST, left: ast.AST, operation: ast.AST, right: ast.AST) -> ast.AST:
