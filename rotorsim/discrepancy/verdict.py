@@ -153,7 +153,7 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
     if within_form_error(search.comparison, search.base.residual, best.fit.residual):
         return []
     onward = search.onward(best)
-    found = onward.singles()
+    found = onward.best_singles()
     good = [h for h in found if passes(h, onward)]
     if not good:
         return []
