@@ -425,6 +425,14 @@ class EffectSearch:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 
+    def best_sets(self, size: int) -> list[Hypothesis]:
+        """`sets`, and those from the machine file's own numbers where none is believed and they fit better."""
+        found = self.sets(size)
+        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
+            return found
+        started = [self._closer(h) if i == 0 else h for i, h in enumerate(self.before.sets(size))]
+        return _best_of([*found, *(h for h in started if h.fit.cost < self.base.cost)])
+
     def _pool(self, view: Screening, most: int) -> list[int]:
         """Forms worth combining: best options of every key by their own drop, and by what they add to the best one."""
         drops = [view.drop(i)[0] for i in range(len(self.forms))]
