@@ -88,7 +88,8 @@ def model_of(path: Path) -> Unit:
     """Source of a unit (machine file, model or law), read from the unit."""
     kind = importer.holds(path)
     if kind == "plant":
-        return plant_unit(Plant(Machine.from_text(importer.machine_text(path))), *importer.start(path))
+        plant = Plant(Machine.from_text(importer.machine_text(path)))
+        return plant_unit(plant, *importer.start(path), importer.offered(path))
     with importer.opened(path) as files, workspace() as folder:
         file = folder / f"{kind}.json"  # a name of ours: that in the unit may be any path
         file.write_bytes(files[f"resources/{kind}.json"])
