@@ -243,7 +243,9 @@ class PlantUnit(Unit):
     @cached_property
     def hash(self) -> str:
         """Hash of machine, kernels and variables that identifies this model."""
-        return fingerprint(self.plant.machine.text, self.assembly.module.__name__, software(), repr((self.variables, self.choices)))
+        return fingerprint(
+            self.plant.machine.text, self.assembly.module.__name__, software(), repr((self.variables, self.choices))
+        )
 
     @property
     def modules(self) -> list[str]:
@@ -408,6 +410,7 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
     places = [rig.command, rig.supply, rig.held_x, rig.held_y, a.rotor.disc_fx, a.rotor.disc_fy]
     inputs = dict(zip(ROW, w[places], strict=True))
     inputs["injection.pressure"] -= a.machine.gas.ambient_pressure
+    inputs["drive.on"] = float(not simulation.coasts)
     values = [inputs.get(v.name, v.start or 0.0) for v in unit.variables if v.store == "input"]
     chosen = list(product(*(one.values for one in unit.choices)))[hashes.index(own.machine.hash)]
     turned = [*(one.value for one in unit.turned), *chosen]
@@ -421,8 +424,13 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
 
 
 def identifier(unit: Unit) -> str:
-    """The C identifier that names a unit's libraries: its name, with an underscore for what an identifier has not."""
-    found = re.sub(r"[^A-Za-z0-9_]+", "_", unit.unit_name).strip("_") or "unit"
+    """The C identifier that names a unit's libraries."""
+    return as_identifier(unit.unit_name)
+
+
+def as_identifier(name: str) -> str:
+    """A name as a C identifier, with an underscore for what an identifier has not."""
+    found = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "unit"
     return (found if found[0].isalpha() else f"unit_{found}")[:LONGEST_NAME]
 
 

@@ -25,6 +25,7 @@ from rotorsim.effects.film.gas_heating import sutherland
 from rotorsim.machine.gas_film import FREEZING, GASES, Gas, GasFilm, Injection, Orifices
 from rotorsim.machine.limits import hottest, speed_limit
 from rotorsim.machine.part import Part
+from rotorsim.machine.plausibility import range_of
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 
@@ -82,9 +83,16 @@ def turned_numbers(a: Assembly) -> tuple[Turned, ...]:
         assert quantity is not None
         entries = _entries(a, path, value, quantity, [(), *formulas])
         if entries is not None:
-            low, high = (_reach(a.machine, path, value, bound) for bound in quantity.bounds)
+            low, high = (_reach(a.machine, path, value, bound) for bound in _usual(path, quantity, value))
             found.append(Turned(name, quantity, value, low, high, entries))
     return tuple(_with_tolerance(a, found))
+
+
+def _usual(path: str, quantity: Quantity, value: float) -> tuple[float, float]:
+    """Bounds of a number as far as such values are usual, or it has one beyond."""
+    low, high = quantity.bounds
+    known = range_of(path, quantity.unit)
+    return (low, high) if known is None else (max(low, min(known.low, value)), min(high, max(known.high, value)))
 
 
 def _with_tolerance(a: Assembly, found: list[Turned]) -> Iterator[Turned]:
