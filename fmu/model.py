@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
-from itertools import groupby, product
+from itertools import chain, groupby, product
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -342,7 +342,7 @@ def _turned_arrays(each: Sequence[Sequence[Turned]], begins: np.ndarray) -> dict
     steps = [f"{{{operation}, {constant.hex()}}}" for formula in formulas for operation, constant in formula]
     places = zip(begins, np.cumsum([0, *map(len, rows)]), rows, strict=False)
     return {
-        "Entries entries[N_ENTRIES + 1]": [*sum(rows, []), "{0}"],
+        "Entries entries[N_ENTRIES + 1]": [*chain(*rows), "{0}"],
         "Operation operations[]": [*steps, "{0}"],
         "Variant variants[N_VARIANTS]": [f"{{{run}, {entry}, {len(own)}}}" for run, entry, own in places],
     }

@@ -233,7 +233,7 @@ def _reach(machine: Machine, path: str, good: float, bound: float) -> float:
 
 @dataclass(frozen=True)
 class Choice:
-    """A number that a unit takes from a list: path, name in the unit, declaration, values [SI]; the first is its own."""
+    """A number that a unit takes from a list: path, name in the unit, declaration, values [SI], first its own."""
 
     path: str
     name: str

@@ -91,9 +91,7 @@ def export(
     ] = None,
     over: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Values of the machine that the unit offers: 'discs.0.mass=1.2 kg, 1.8 kg'; may be repeated."
-        ),
+        typer.Option(help="Values of the machine that it offers: 'discs.0.mass=1.2 kg, 1.8 kg'; may be repeated."),
     ] = None,
     source: Annotated[bool, typer.Option("--source", help="Put the unit's sources next to its binaries.")] = False,
     settings: PlantOptions,

