@@ -301,8 +301,8 @@ def start(path: Path) -> tuple[float, float]:
 def offered(path: Path) -> dict[str, list[float]]:
     """Values that a plant's unit offers, by paths of its machine."""
     with opened(path) as files:
-        found = parse_json(files["resources/model.json"]).get("over", {})
-        return {str(name): [float(x) for x in values] for name, values in found.items()}
+        found = parse_json(files["resources/model.json"]).get("over", [])
+        return {str(path): [float(x) for x in values] for path, values in found}
 
 
 def stored(path: Path, name: str) -> tuple[list[str], list[list[float]]]:

@@ -27,14 +27,14 @@ TURNS = {
     "injection.curtain_discharge": 0.77,
 }
 OVER = {
-    "discs.0.mass": ["1.2 kg", 1.8],
+    "discs.0.mass": ["1.2 kg"],
     "bearings.1.length": [0.036],
     "probe.position": ["301 mm"],
     "effects.unbalance.position": [0.1],
 }
 """Values that a unit offers, by path."""
 CHOSEN = {
-    "discs[1].mass": 1.8, "bearing.length": 0.036, "probe.position": 0.301, "effects.unbalance.position": 0.1,
+    "discs[1].mass": 1.2, "bearing.length": 0.036, "probe.position": 0.301, "effects.unbalance.position": 0.1,
 }  # fmt: skip
 """One of the machines offered, under the names of the unit, in the order of the paths."""
 OTHERS = {"rigid_rotor_self_acting": 4, "aerostatic_spindle": 12, "dtu_paper_a": 5, "foil_turbo_rotor": 2}
@@ -233,7 +233,7 @@ def test_a_value_that_is_not_offered_is_refused_and_a_near_one_is_the_one_offere
     instance = unit.instance()
     with pytest.raises(Exception, match="status 3"):
         instance.set({"discs[1].mass": 1.3})
-    assert all(text in instance.messages[-1] for text in ("discs[1].mass", "1.3", "1.2", "1.5", "1.8"))
+    assert all(text in instance.messages[-1] for text in ("discs[1].mass", "1.3", "1.2", "1.5"))
     instance.set({"discs[1].mass": 1.2 * (1 + 1e-12)})
     instance.initialise()
     assert instance.get(["discs[1].mass"])[0] == 1.2
@@ -300,8 +300,9 @@ def test_a_state_of_a_shaft_that_coasts_goes_on_coasting(units, model):
     instance.close()
 
 
+@pytest.mark.slow
 def test_a_check_compares_every_machine_that_a_unit_offers(offering):
     model, unit = offering
     found = [one for one in check(unit.path, 0.02) if one.name.startswith("with ")]
-    assert len(found) == len(model.variants) - 1 == 23
+    assert len(found) == len(model.variants) - 1 == 15
     assert all(one.passed and one.value == "equal to the last bit" for one in found)
