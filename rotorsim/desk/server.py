@@ -209,6 +209,7 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
     "add": _edit(lambda design, v: design.add(v.get("kind", ""))),
     "split": _edit(lambda design, v: design.split(v.get("path", ""))),
     "mirror": _edit(lambda design, v: design.mirror(v.get("path", ""))),
+    "table": _edit(lambda design, v: design.tabulate(v.get("path", ""), v.get("name", ""), v.get("text", ""))),
     "keep": _edit(lambda design, v: design.keep()),
     "swap": _edit(lambda design, v: design.swap()),
     "forget": _edit(lambda design, v: design.forget()),
