@@ -234,7 +234,9 @@ def _consistent(mapping: Mapping) -> Mapping:
 
 def _disc(table: dict[str, Any]) -> float:
     _only("disc", table, ("position",))
-    return quantity_at("disc.position", table.get("position"), "m")
+    if "position" not in table:
+        raise ReadError("disc.position: is missing; give that of the disc's probes, e.g. '150 mm', or leave out [disc]")
+    return quantity_at("disc.position", table["position"], "m")
 
 
 def _keyphasor(table: dict[str, Any]) -> tuple[ColumnEntry, sensors.Keyphasor]:

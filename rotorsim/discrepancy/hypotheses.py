@@ -426,9 +426,10 @@ class EffectSearch:
         return sorted(found, key=lambda h: h.fit.cost)
 
     def best_sets(self, size: int) -> list[Hypothesis]:
-        """`sets`, and those from the machine file's own numbers where none is believed and they fit better."""
+        """`sets`; where none of those that explain the misfit is believed, from the file's own numbers too."""
         found = self.sets(size)
-        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
+        good = [h for h in found if passes(h, self)]
+        if self.before is None or not good or not all(strained(h.fit) for h in good):
             return found
         started = [self._closer(h) if i == 0 else h for i, h in enumerate(self.before.sets(size))]
         return _best_of([*found, *(h for h in started if h.fit.cost < self.base.cost)])

@@ -54,6 +54,7 @@ def changed(old, new):
 
 BAD = {
     "no toml": ("[time", "not a TOML file: "),
+    "disc without position": (GOOD + "[disc]\n", "disc.position: is missing"),
     "unknown section": (GOOD + "[channel]\n", "mapping: unknown entry 'channel'; did you mean 'channels'?"),
     "unknown channel": (changed("channels.speed", "channels.sped"), "channels.sped: no such channel; did you mean"),
     "unknown entry": (changed('unit = "rpm"', 'units = "rpm"'), "channels.speed: unknown entry 'units'; did you mean"),
