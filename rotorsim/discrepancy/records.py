@@ -409,7 +409,7 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     if len(sizes) < 2:
         notes.append(
             "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
-            "indistinguishable from linear ones"
+            "indistinguishable from linear ones; record the same points with half the excitation"
         )
     if film and len({round(t.pressure, -4) for t in trials}) < 2:
         notes.append("one pressure only: supply droop, discharge and clearance are indistinguishable")

@@ -9,9 +9,10 @@ from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.hidden_machine import unshaken
 from rotorsim.discrepancy.trial import trial_of
-from rotorsim.discrepancy.twin import Twin, in_motion
+from rotorsim.discrepancy.twin import Twin, in_motion, repeating_motion
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
+from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.simulation import Simulation, settle
 from studies.benchmarks.foreign_rotor import BEARINGS, DIAMETER, DISCS, ELEMENTS, LENGTH, RHO, machine_text
 
@@ -103,6 +104,29 @@ def shaken(speed, onset=False):
     rows[:, 5] = 0.5 * np.roll(rows[:, 4], 700)
     rows[:5000, 4:] *= not onset
     return rows
+
+
+@pytest.mark.parametrize(
+    ("setting", "known"),
+    [
+        ({}, True),
+        ({"shaft_bow.0.bow": 1e-5}, True),
+        ({"sensor_lag.0.time": 1e-4}, False),
+        ({"asymmetric_shaft.0.difference": 1e3}, False),
+    ],
+)
+def test_the_last_shot_for_a_motion_is_not_run_again_where_the_plant_is_linear_and_sensors_remember_nothing(
+    setting, known
+):
+    """At 40 Hz 0.8 s hold 32 turns: its readings are those of a run from the motion found."""
+    rows = shaken(80 * np.pi)[:4000]
+    twin = Twin(load_machine("plain_rotor")).lean(setting)
+    a = twin.set(setting)
+    found = repeating_motion(a, settle(a, 80 * np.pi, 0.0), 80 * np.pi, 0.0, rows)
+    assert (found.readings is not None) == known
+    if known:
+        run = Simulation(a, found.w.copy()).advance(rows)[:, READ : READ + 5]
+        assert np.abs(found.readings - run)[:, :2].max() < 1e-8 * np.abs(run[:, :2]).max()
 
 
 @pytest.mark.parametrize("hertz", [0.0, 40.0, 41.3])
