@@ -169,7 +169,8 @@ def _criticals(review: DesignReview) -> Block:
         up_to = f"{review.searched[1] * TO_RPM:.0f} rpm"
         return Block("Critical speeds and mode shapes", f"No mode crosses 1X up to {up_to}, where it was looked at.")
     text = (
-        "Crossings of 1X with every mode, ascending. Peaks of the unbalance response are looked for at "
+        "Speed: where the natural frequency |s| of a damped mode is the speed, as in the Campbell diagram. Peak: where "
+        "the response to unbalance is largest, with damping at a higher speed; margins count from it. Looked for at "
         f"{'; '.join(review.places)}. A factor is by half power, '-' where the flanks are not deep enough, and "
         "1/(2 zeta) counts instead; a backward mode without a peak needs no margin, as unbalance turns forward. "
         "Drawn: deflected lines with bearings (triangles), probes (diamonds), nodes (rings)."
@@ -246,7 +247,10 @@ def _grades(review: DesignReview) -> Block:
     residual = standards.residual_unbalance(float(np.abs(review.loads).sum()), review.high)
     rows.append(("API 4 W/N", residual * 1e6, residual / mass * TO_UM, total * 1e6,
                  "yes" if total <= residual else "no"))  # fmt: skip
-    text = f"At {review.high * TO_RPM:.0f} rpm, of the whole rotor, all planes. Present: {review.file_case.name}."
+    text = (
+        f"At {review.high * TO_RPM:.0f} rpm, of the whole rotor, all planes. Present: {review.file_case.name}. "
+        "API's 4 W/N is in oz in, with W in lb and N in rpm: 6350 W/N g mm with W in kg."
+    )
     heads = ("grade", "permissible [g mm]", "eccentricity [µm]", "present [g mm]", "within")
     return Block("Balance", text, heads, rows)
 
@@ -473,9 +477,9 @@ def _map_block(review: DesignReview) -> Block:
     if review.undamped is None:
         return Block(title, f"Not looked at: {review.no_map}")
     text = (
-        "The rotor on bearings of one stiffness each, the same in x and y. Thin lines are the stiffness that the "
-        "bearings have at each speed, that of films at the frequency of the speed; horizontal: the operating speed. A "
-        "critical speed lies near each crossing."
+        "The undamped rotor on bearings of one stiffness each, the same in x and y. Thin lines are the stiffness that "
+        "the bearings have at each speed, that of films at the frequency of the speed; horizontal: the operating speed. "
+        "A critical speed lies near each crossing."
     )
     return Block(title, text, figure=map_figure(review))
 
