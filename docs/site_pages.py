@@ -122,10 +122,16 @@ def _field_row(name: str, info: Any, many: bool) -> str:
     limits = []
     if known is not None:
         ends = (("above", known.above), ("from", known.low), ("to", known.high))
-        limits = [f"{word} {show(value, known.unit)}" for word, value in ends if value is not None]
+        limits = [f"{word} {_short(show(value, known.unit))}" for word, value in ends if value is not None]
     words = [repr(one) for one in get_args(info.annotation) if isinstance(one, str)]
     text = " ".join([info.description or "", f"One of {', '.join(words)}." * (len(words) > 1)]).strip()
     return f"| `{name}`{' (list)' * many} | {unit} | {default} | {' '.join(limits)} | {text} |"
+
+
+def _short(text: str) -> str:
+    """A number with a unit, to six digits where a conversion left more."""
+    number, _, unit = text.partition(" ")
+    return f"{float(number):.6g} {unit}".strip() if len(number) > 12 else text
 
 
 def _put(path: Path, text: str) -> None:

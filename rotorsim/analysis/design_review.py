@@ -815,8 +815,10 @@ def _margin_checks(r: DesignReview) -> Iterator[DesignCheck]:
             how = "1/(2 zeta): the response has no peak of this mode at the places looked at"
         elif mode.peak is None:
             how = "1/(2 zeta): no response is steady there, a mode grows"
-        yield DesignCheck(f"Separation margin of {at * TO_RPM:.0f} rpm, {mode.whirl}", "at least", asked, found, "%",
-                          verdict, "margin", "", f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
+        name = "critical speed" if mode.peak is None else "peak"
+        yield DesignCheck(f"Separation margin of the {name} at {at * TO_RPM:.0f} rpm, {mode.whirl}", "at least", asked,
+                          found, "%", verdict, "margin", "",
+                          f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
     if not asking:
         known = "no critical speed needs a margin" if r.criticals else "no mode crosses 1X"
         yield DesignCheck("Separation margins", "at least", 16.0, None, "%", MET, "margin", known)
@@ -917,8 +919,9 @@ def _balance_checks(r: DesignReview) -> Iterator[DesignCheck]:
                       MET if total <= asked else MISSED, "grade", f"G {1e-3 * total * r.high / mass:.2g}",
                       "G 2.5 is usual for turbo machines; choose the grade of your contract")  # fmt: skip
     residual = 1e6 * standards.residual_unbalance(float(np.abs(r.loads).sum()), r.high)
-    yield DesignCheck("Unbalance of the machine file, all planes, 4 W/N", "at most", residual, total, "g mm",
-                      MET if total <= residual else MISSED, "unbalance")  # fmt: skip
+    yield DesignCheck("Unbalance of the machine file, all planes, API 4 W/N", "at most", residual, total, "g mm",
+                      MET if total <= residual else MISSED, "unbalance", "",
+                      "oz in, with W the weight in lb and N the speed in rpm")  # fmt: skip
 
 
 def _zone_checks(r: DesignReview) -> Iterator[DesignCheck]:

@@ -46,7 +46,9 @@ from rotorsim.base.processes import one_thread, spread
 from rotorsim.base.units import NUMBER, TABLE as UNITS, TO_RPM, parse
 from rotorsim.machine.file_text import expanded, with_values
 from rotorsim.machine.schema import Machine
+from rotorsim.plant.linearise import LinearPlant, linearise
 from rotorsim.plant.plant import Plant, as_plant, point
+from rotorsim.plant.simulation import describe, settle
 
 CLOSE = 5e-3
 """Relative step after which a followed speed is known to some 1e-4: chords of other machines are wrong by percents."""
@@ -223,6 +225,24 @@ def unit_of(name: str) -> str:
     return quantity_of(name).unit
 
 
+@dataclass(eq=False)
+class Equilibria:
+    """Equilibria of a machine at a pressure [Pa, gauge] and several speeds, each from the one before."""
+
+    plant: Plant
+    pressure: float
+    w: np.ndarray | None = None
+
+    def at(self, speed: float) -> np.ndarray:
+        """Workspace of the equilibrium at a speed [rad/s]."""
+        self.w = settle(self.plant.assembly, speed, self.pressure, self.w)
+        return self.w
+
+    def linearised(self, speed: float) -> LinearPlant:
+        """Linear model about the equilibrium at a speed [rad/s]."""
+        return linearise(self.plant.assembly, self.at(speed), speed)
+
+
 @dataclass(frozen=True, eq=False)
 class FollowedSpeed:
     """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode."""
@@ -237,12 +257,12 @@ class FollowedSpeed:
         s = complex(modes.values[np.abs(modes.values - self.mode.values[0]).argmin()])
         return -s.real / abs(s) if self.name == "onset" else abs(s) - speed
 
-    def of(self, plant: Plant, pressure: float, start: float) -> float | None:
+    def of(self, machine: Equilibria, start: float) -> float | None:
         """The speed [rad/s] of another machine, from a start; None where the mode is not found again."""
         speed, seed = start, self.mode
         for _ in range(MOST_STEPS):
             with one_thread():
-                seed = refined(model := plant.linearise(speed, pressure), seed)
+                seed = refined(model := machine.linearised(speed), seed)
             if not len(seed.values) or model.size != len(seed.right):
                 return None
             step = self.measure(seed, speed) / self.slope
@@ -324,16 +344,17 @@ def row_of(task: Task, values: Sequence[Any], starts: Sequence[float]) -> dict[s
         plant = Plant(machine_of(task, values))
     except RotorsimError:
         return row
+    equilibria = Equilibria(plant, task.pressure)
     try:
         for one, start in zip(task.followed, starts, strict=True):
-            speed = one.of(plant, task.pressure, start)
+            speed = one.of(equilibria, start)
             if speed is None and one.name == "onset":
                 speed = searched_onset(plant, task)
             row[one.name] = float("nan") if speed is None else speed
         if task.onset:
             row["onset"] = searched_onset(plant, task)
         if task.flow:
-            row["flow"] = float(plant.equilibrium(task.speed, task.pressure).mass_flow.sum())
+            row["flow"] = float(describe(plant.assembly, equilibria.at(task.speed)).mass_flow.sum())
     except (NoLiftOffError, ConvergenceError):
         pass
     for analysis in task.analyses:

@@ -30,7 +30,11 @@ class MachineFiles(CommandGroup):
     """Write, check, show and calibrate machine files."""
 
 
-@command("machine new", "rotorsim machine new my_rotor.toml --from plain_rotor", "rs.machine_text('plain_rotor')")
+@command(
+    "machine new",
+    "rotorsim machine new my_rotor.toml --from aerostatic_spindle",
+    "rs.machine_text('aerostatic_spindle')",
+)
 def new(
     path: Annotated[Path, typer.Argument(help="File to write.")],
     source: Annotated[
@@ -40,10 +44,10 @@ def new(
             help="Shipped machine, machine file or file of ROSS to start from.",
             autocompletion=options.machines,
         ),
-    ] = "dtu_gas_bearing",
+    ] = "plain_rotor",
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file if it is there.")] = False,
 ) -> None:
-    """Write a commented machine file to start from; from a rotor that ROSS saved, the machine of its model."""
+    """Write a commented machine file to start from: a disc on two bearings, or that of a model which ROSS saved."""
     from fe_shaft.rotor import is_saved_rotor
     from rotorsim.machine import from_ross, machine_text
 

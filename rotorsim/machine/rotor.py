@@ -385,7 +385,10 @@ class ProbePart(Part):
     """Name, direction and sign of every probe."""
 
     tag: ClassVar[str] = "quantity"
-    name: str = Field(description="Name of the probe: its label in records, its output of an FMU.")
+    name: str = Field(
+        description="Name of the probe, its label in records and its output of an FMU: a letter, then letters, digits "
+        "and _, at most 40 characters."
+    )
     angle: float = number(
         "rad",
         "Direction from the shaft to the probe, from x (0) towards y.",

@@ -50,8 +50,11 @@ class KernelModule(Protocol):
     newton: Any
     """Film solver, of the module that machines with the same film share."""
 
-    def settle(self, w: Array, initial: Array, ix: Array, P: Any, speed: float, supply: float) -> int:
-        """Fill w with the equilibrium at speed [rad/s] and supply [Pa, absolute]; a code of `equilibrium_kernel`."""
+    def settle(self, w: Array, initial: Array, ix: Array, P: Any, speed: float, supply: float, near: bool) -> int:
+        """Fill w with the equilibrium at speed [rad/s] and supply [Pa, absolute]; a code of `equilibrium_kernel`.
+
+        `near`: `initial` is one of the same machine already.
+        """
 
     def stand(self, w: Array, initial: Array, P: Any, supply: float) -> bool:
         """Fill w with the shaft at standstill on its sleeves without supply [Pa, absolute]; whether it rests."""

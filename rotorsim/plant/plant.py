@@ -366,5 +366,5 @@ def compile_kernels(plant: Plant) -> None:
     """
     a = plant.assembly
     w = a.w.copy()
-    a.module.settle(w, a.w, a.ix, a.parameters, 0.0, a.machine.gas.ambient_pressure)
+    a.module.settle(w, a.w, a.ix, a.parameters, 0.0, a.machine.gas.ambient_pressure, False)
     a.module.run(w, a.ix, a.parameters, np.empty((0, N_INPUTS)), np.empty((0, len(COLUMNS))), a.steps_per_sample)

@@ -31,7 +31,7 @@ from rotorsim.base.units import MPA, TO_RPM, TO_UM
 from rotorsim.effects import Effect, numeric_fields
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, make_films, put_rows
-from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS
+from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS, SETTLED
 from rotorsim.plant.kernels.layout import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
 
 SLOW = 1e-6
@@ -135,15 +135,22 @@ def turning_time(a: Assembly) -> float:
     return sum(getattr(k := type(c.effect).kernel, "py_func", k)(getattr(a.P, c.record)) for c in times)
 
 
-def settle(a: Assembly, speed: float, pressure: float) -> np.ndarray:
+def settle(a: Assembly, speed: float, pressure: float, near: np.ndarray | None = None) -> np.ndarray:
     """Workspace with the machine at rest in equilibrium at `speed` [rad/s] and gauge pressure [Pa].
 
+    `near`, an equilibrium of the same assembly, is where the films begin; it saves the march from ambient pressure.
     Raises NoLiftOffError where the film does not carry the rotor, MachineFileError where an actuator cannot hold its
     pin at the bias, ConvergenceError if the iteration with effects does not converge, DataError for a pressure below
     vacuum.
     """
     w = at_cache_line(a.w.size)
-    status = a.module.settle(w, a.w, a.ix, a.parameters, float(speed), a.machine.gas.absolute(pressure))
+    point = a.ix, a.parameters, float(speed), a.machine.gas.absolute(pressure)
+    if near is not None:
+        # twice: the last correction of the first time is as large as the films' tolerance lets it be
+        closer = at_cache_line(a.w.size)
+        if all(a.module.settle(to, begun, *point, True) == SETTLED for to, begun in ((closer, near), (w, closer))):
+            return w
+    status = a.module.settle(w, a.w, *point, False)
     if status == BEYOND_STROKE:
         raise MachineFileError(
             f"injection.pin_bias: '{max(a.P.pin_bias) * TO_UM:.4g} um' is beyond the stroke of the actuators between "

@@ -33,6 +33,8 @@ from rotorsim.report.page import INK, NEUTRAL, PIN_COLOURS, UNSAFE, Block, Page,
 from rotorsim.report.units import quantity, unit_name
 
 SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
+NO_BREAK = "\N{NO-BREAK SPACE}"
+"""Space at which a cell of a table is not broken."""
 COLUMNS = 2
 """Columns of the mode shapes."""
 PANEL = 190
@@ -84,7 +86,7 @@ def design_page(review: DesignReview, author: str = "not stated") -> Page:
         Block("Document", rows=_head(review, author)),
         _verdicts(review),
         Block("Machine",
-              f"To scale. Discs are solid ones of the mass and inertia of the file. Lengths in {unit_name('mm')}.",
+              f"To scale. Discs are solid ones of the mass and inertia of the file. Dimensions: {unit_name('mm')}.",
               figure=machine_drawing(machine), tools=False),
         replace(made["criticals"], figure=mode_figure(review) if review.criticals else None),
         made["cases"],
@@ -142,7 +144,8 @@ def _key(review: DesignReview) -> list[tuple[str, str]]:
 
 def _verdicts(review: DesignReview) -> Block:
     """The requirements as a reader wants them: those that are not met first."""
-    rows = [(SIGNS[c.verdict], c.name, asked(c), answered(c), standards.RULES[c.rule].clause, c.remark)
+    rows = [(SIGNS[c.verdict].replace(" ", NO_BREAK), c.name, asked(c).replace(" ", NO_BREAK), answered(c),
+             standards.RULES[c.rule].clause, c.remark)
             for verdict in (MISSED, OPEN, MET) for c in review.checks if c.verdict == verdict]  # fmt: skip
     text = "What was not looked at may be unsafe. How far each clause could be read stands below, under Rules."
     return Block("Requirements", text, ("verdict", "requirement", "asked", "found", "rule", "remark"), rows)
@@ -169,7 +172,8 @@ def _criticals(review: DesignReview) -> Block:
         up_to = f"{review.searched[1] * TO_RPM:.0f} rpm"
         return Block("Critical speeds and mode shapes", f"No mode crosses 1X up to {up_to}, where it was looked at.")
     text = (
-        "Crossings of 1X with every mode, ascending. Peaks of the unbalance response are looked for at "
+        "Speed: where the natural frequency |s| of a damped mode is the speed, as in the Campbell diagram. Peak: where "
+        "the response to unbalance is largest, with damping at a higher speed; margins count from it. Looked for at "
         f"{'; '.join(review.places)}. A factor is by half power, '-' where the flanks are not deep enough, and "
         "1/(2 zeta) counts instead; a backward mode without a peak needs no margin, as unbalance turns forward. "
         "Drawn: deflected lines with bearings (triangles), probes (diamonds), nodes (rings)."
@@ -192,7 +196,8 @@ def _cases(review: DesignReview) -> Block:
     ]
     text = (
         "Unbalances of the analysis: in the middle of the bearings and as a couple, and at the antinodes of the modes. "
-        f"Each is 12700 W/N g mm, twice the residual 4 W/N oz in, with W in kg and N = {review.high * TO_RPM:.0f} rpm. "
+        "Each is twice API's residual 4 W/N oz in with W in lb, 12700 W/N g mm with W in kg, and "
+        f"N = {review.high * TO_RPM:.0f} rpm. "
         "The last one is that of the machine file, or of grade G 2.5 without it."
     )
     return Block("Unbalances", text, ("case", "z [mm]", "unbalance [g mm]", "angle [deg]", "W [kg]"), rows)
@@ -246,7 +251,10 @@ def _grades(review: DesignReview) -> Block:
     residual = standards.residual_unbalance(float(np.abs(review.loads).sum()), review.high)
     rows.append(("API 4 W/N", residual * 1e6, residual / mass * TO_UM, total * 1e6,
                  "yes" if total <= residual else "no"))  # fmt: skip
-    text = f"At {review.high * TO_RPM:.0f} rpm, of the whole rotor, all planes. Present: {review.file_case.name}."
+    text = (
+        f"At {review.high * TO_RPM:.0f} rpm, of the whole rotor, all planes. Present: {review.file_case.name}. "
+        "API's 4 W/N is in oz in, with W in lb and N in rpm: 6350 W/N g mm with W in kg."
+    )
     heads = ("grade", "permissible [g mm]", "eccentricity [µm]", "present [g mm]", "within")
     return Block("Balance", text, heads, rows)
 
@@ -473,9 +481,9 @@ def _map_block(review: DesignReview) -> Block:
     if review.undamped is None:
         return Block(title, f"Not looked at: {review.no_map}")
     text = (
-        "The rotor on bearings of one stiffness each, the same in x and y. Thin lines are the stiffness that the "
-        "bearings have at each speed, that of films at the frequency of the speed; horizontal: the operating speed. A "
-        "critical speed lies near each crossing."
+        "The undamped rotor on bearings of one stiffness each, the same in x and y. Thin lines are the stiffness that "
+        "the bearings have at each speed, that of films at the frequency of the speed; horizontal: the operating "
+        "speed. A critical speed lies near each crossing."
     )
     return Block(title, text, figure=map_figure(review))
 
@@ -495,8 +503,10 @@ def map_figure(review: DesignReview) -> go.Figure:
                 figure.add_trace(curve(np.where(K > 0, K, np.nan), speeds, INK if k == 0 else UNSAFE,
                                        f"{name} K{axis}{axis}", 1.3, dash))  # fmt: skip
     figure.add_hline(review.high * TO_RPM, line={"color": NEUTRAL, "width": 2, "dash": "dash"})
-    figure.update_xaxes(title_text="stiffness of a bearing [N/m]", type="log", exponentformat="power")
+    figure.update_xaxes(title_text="stiffness of a bearing [N/m]", type="log", exponentformat="power", dtick="D2")
     low = float(np.nanmin(found["wn"].values)) * TO_RPM / 1.5
     high = 1.5 * max(review.high, float(np.nanmin(found["wn"].values[-1]))) * TO_RPM
-    figure.update_yaxes(title_text="critical speed [rpm]", type="log", range=[np.log10(low), np.log10(high)])
+    figure.update_yaxes(
+        title_text="critical speed [rpm]", type="log", dtick="D2", range=[np.log10(low), np.log10(high)]
+    )
     return style(figure, 480)

@@ -154,8 +154,12 @@ def optimisation_page(result: Optimisation) -> Page:
     quantity_ = quantity_of(result.objective)
     aim = f"{'Largest' if result.largest else 'Smallest'} {quantity_.meaning}"
     limits = "; ".join(one.text for one in result.requirements) or "none"
-    best = [(path, value) for path, value in result.machine.items()]
+    best = list(result.machine.items())
     text = "" if best else "No step keeps every limit."
+    if result.best is not None:
+        found = result.data[result.objective].values * quantity_.factor
+        at_best, first = (quantity(found[k], quantity_.shown, ".6g") for k in (result.best, 0))
+        best.append((result.objective, f"{at_best}; {first} at the first step"))
     if result.confirmed:
         text += f" A whole search of the best machine differs by up to {max(result.confirmed.values()):.1g}."
     blocks = [
@@ -185,6 +189,6 @@ def path_figure(result: Optimisation) -> go.Figure:
                                         marker={"symbol": "circle-open", "size": 16, "color": UNSAFE,
                                                 "line": {"width": 2}}), k, 1)  # fmt: skip
         figure.update_yaxes(title_text=head.replace(" [", "<br>["), row=k, col=1)
-    figure.update_xaxes(title_text="step", row=len(heads) - 2, col=1)
+    figure.update_xaxes(title_text="step", dtick=max(1, len(rows) // 10), row=len(heads) - 2, col=1)
     figure.update_layout(showlegend=False)
     return style(figure, 80 + 170 * (len(heads) - 2))

@@ -7,6 +7,7 @@ import rotorsim as rs
 from rotorsim.analysis.optimise import margin
 from rotorsim.analysis.tolerances import (
     AGREED,
+    Equilibria,
     Requirement,
     clopper_pearson,
     random_machines,
@@ -15,6 +16,8 @@ from rotorsim.analysis.tolerances import (
     read_variations,
 )
 from rotorsim.campaign.scheduler import spread_on
+from rotorsim.errors import NoLiftOffError
+from rotorsim.plant.simulation import describe, settle
 
 MASS = "discs.0.mass=+- 4 %, bearings.*.kxx=10 MN/m +- 0.5 MN/m normal"
 
@@ -233,3 +236,17 @@ def test_critical_speeds_ascend_where_modes_pass_each_other(rotor):
     limit = swapped.requirements[0]
     assert (first <= second).all() and swapped.misses(limit)[0] == (np.minimum(first, second) <= limit.limit).sum() > 0
     assert max(swapped.confirmed.values()) < AGREED
+
+
+@pytest.mark.parametrize("name", ["aerostatic_spindle", "foil_turbo_rotor"])
+def test_an_equilibrium_from_another_speed_is_that_from_ambient_pressure(name):
+    """Newton's iteration ends at 1e-11 of the pressures, wherever it begins; a film that carries nothing is refused."""
+    plant, pressure = rs.Plant(name), 0.5e6 if name == "aerostatic_spindle" else 0.0
+    equilibria = Equilibria(plant, pressure)
+    for speed in (3000.0, 4500.0, 2600.0):
+        near = describe(plant.assembly, equilibria.at(speed))
+        cold = plant.equilibrium(speed, pressure)
+        assert near.journals == pytest.approx(cold.journals, rel=1e-9, abs=1e-14)
+        assert near.h_min == pytest.approx(cold.h_min, rel=1e-9)
+    with pytest.raises(NoLiftOffError):
+        settle(plant.assembly, 0.0, 0.0, equilibria.w)

@@ -1,6 +1,7 @@
 """`rotorsim machine`: from a new file to a checked one, and messages for faulty files."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -13,7 +14,7 @@ from rotorsim.machine.schema import rows
 
 def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
     path = tmp_path / "rig.toml"
-    assert run("machine", "new", path)[0] == 0
+    assert run("machine", "new", path, "--from", "dtu_gas_bearing")[0] == 0
     assert path.read_text() == machine_text("dtu_gas_bearing")
     code, out, err = run("machine", "check", path)
     assert (code, err) == (0, "")
@@ -22,6 +23,24 @@ def test_a_new_machine_file_checks_out_and_can_be_shown(run, tmp_path):
     assert code == 0 and "-121.3 mm" in out and "4.194 um/V" in out
     broken = [doc for _, _, doc in rows(load_machine(path)) if doc not in out]
     assert max(map(len, out.splitlines())) > 80 and not broken
+
+
+def test_a_new_file_is_a_plain_rotor_whose_further_fields_work_when_they_are_switched_on(run, tmp_path):
+    path = tmp_path / "mine.toml"
+    assert run("machine", "new", path)[0] == 0
+    text = path.read_text()
+    second = text[text.rindex('[[bearings]]\nkind = "linear"') : text.index("# A gas film")]
+    path.write_text(re.sub(r"^#(?! )", "", text.replace(second, ""), flags=re.MULTILINE))
+    code, out, err = run("machine", "check", path)
+    assert (code, err) == (0, "") and "on 2 bearings" in out
+    machine = load_machine(path)
+    off = {key for key in re.findall(r"^#(\w+) =", text, re.MULTILINE)}
+    assert {"inner_diameter", "clearance", "highest_speed", "angle"} <= off
+    assert (
+        machine.probes[0].name == "X"
+        and machine.films[0].orifices[0].count == 8
+        and machine.films[0].clearance == pytest.approx(10e-6)
+    )
 
 
 def test_new_starts_from_any_machine_and_overwrites_only_when_forced(run, tmp_path):

@@ -3,7 +3,7 @@
 import pytest
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.machine import Machine, machine_text
+from rotorsim.machine import Machine, load_machine, machine_text
 
 PROBES = """
 [[probes]]
@@ -20,7 +20,7 @@ angle = "135 deg"
 quantity = "relative_displacement"
 sense = "-"
 """
-TEXT = machine_text("plain_rotor") + PROBES
+TEXT = load_machine("plain_rotor").text + PROBES
 HOUSING = '"housing_velocity" # '
 KNOWN = "'relative_displacement', 'absolute_displacement', 'housing_velocity' or 'housing_acceleration'"
 FAULTS = [

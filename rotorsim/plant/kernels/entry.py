@@ -104,7 +104,7 @@ def serve(task, w, initial, ix, P, u, out, steps):
     """
     status = 1
     if task == SETTLE:
-        status = settle(w, initial, ix, P, u[0], u[1])
+        status = settle(w, initial, ix, P, u[0], u[1], False)
     elif task == ADVANCE:
         status = advance(w, ix, P, u, steps)
     if status > 0 and task != SETTLE:

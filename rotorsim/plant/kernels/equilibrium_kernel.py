@@ -326,9 +326,12 @@ def rests(w, P, flow, before, warmer):
 
 
 @kernel
-def march_films(w, ix, P, speed):
-    """March films and journals to rest in growing pseudo-steps, as `settle_film` does; whether the films then carry."""
-    step, solved, last, converged = FIRST_STEP, ROUGH, False, False
+def march_films(w, ix, P, speed, near):
+    """March films and journals to rest in growing pseudo-steps, as `settle_film` does; whether the films then carry.
+
+    Films that are `near` their equilibrium begin with the last step, which is Newton's on the steady equations.
+    """
+    step, solved, last, converged = LAST_STEP if near else FIRST_STEP, ROUGH, False, False
     for _ in range(MOST_STEPS):
         last = step >= LAST_STEP
         iadt, tolerance = (0.0, SHARP) if last else (1.0 / step, solved)
@@ -404,10 +407,11 @@ def stand(w, initial, P, supply):
 
 
 @kernel
-def settle(w, initial, ix, P, speed, supply):
+def settle(w, initial, ix, P, speed, supply, near):
     """Fill w with the machine at rest in equilibrium at `speed` [rad/s] and supply [Pa, absolute].
 
-    `initial` is the workspace before any state is put into it. Returns SETTLED or why not.
+    `initial` is the workspace before any state is put into it, or an equilibrium of the machine that is `near`. Returns
+    SETTLED or why not.
     """
     flow, through, hold, fallen = 0.0, 0.0, 0.0, False
     for m in range(ROTOR.n):
@@ -426,7 +430,7 @@ def settle(w, initial, ix, P, speed, supply):
             free_statics(w)
         else:
             journal_statics(w, P)
-            carries = march_films(w, ix, P, speed)
+            carries = march_films(w, ix, P, speed, near)
             if not carries and (number == 0 or (RIG.n_motion == 0 and RIG.n_supply == 0)):
                 return NO_LIFT_OFF
             rest_films(w)
