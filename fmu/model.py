@@ -206,15 +206,22 @@ class PlantUnit(Unit):
 
     @cached_property
     def variants(self) -> tuple["PlantUnit", ...]:
-        """Units of the machines of all choices, its own first; raises DataError where one needs other kernels."""
+        """Units of the machines of all choices, its own first.
+
+        Raises DataError where one needs other kernels, and for what can be set without a list.
+        """
         if not self.over:
             return (self,)
         own = replace(self, over=())
+        settable = {v.name for v in own.variables if v.store != "constant"}
+        for one in self.choices:
+            if one.name in settable:
+                raise DataError(f"over: {one.name} can be set in any unit of this machine; leave {one.path} out")
         machines = chosen_machines(self.plant.machine, self.choices)
         found = (own, *(replace(own, plant=Plant(machine)) for machine in machines[1:]))
-        for one in found:
-            same = one.assembly.module.__name__ == own.assembly.module.__name__
-            if not same or one.fixed != own.fixed:
+        for unit in found:
+            same = unit.assembly.module.__name__ == own.assembly.module.__name__
+            if not same or unit.fixed != own.fixed:
                 raise DataError(
                     "over: a machine of these values has kernels, or limits of a run, of its own; export it by itself"
                 )
