@@ -7,7 +7,6 @@ Of every unit two C files are written: sizes and offsets (tables.h), variables a
 import hashlib
 import json
 import re
-import struct
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -207,15 +206,22 @@ class PlantUnit(Unit):
 
     @cached_property
     def variants(self) -> tuple["PlantUnit", ...]:
-        """Units of the machines of all choices, its own first; raises DataError where one needs other kernels."""
+        """Units of the machines of all choices, its own first.
+
+        Raises DataError where one needs other kernels, and for what can be set without a list.
+        """
         if not self.over:
             return (self,)
         own = replace(self, over=())
+        settable = {v.name for v in own.variables if v.store != "constant"}
+        for one in self.choices:
+            if one.name in settable:
+                raise DataError(f"over: {one.name} can be set in any unit of this machine; leave {one.path} out")
         machines = chosen_machines(self.plant.machine, self.choices)
         found = (own, *(replace(own, plant=Plant(machine)) for machine in machines[1:]))
-        for one in found:
-            same = one.assembly.module.__name__ == own.assembly.module.__name__
-            if not same or one.fixed != own.fixed:
+        for unit in found:
+            same = unit.assembly.module.__name__ == own.assembly.module.__name__
+            if not same or unit.fixed != own.fixed:
                 raise DataError(
                     "over: a machine of these values has kernels, or limits of a run, of its own; export it by itself"
                 )
@@ -391,8 +397,9 @@ def pressure_nodes(a: Assembly) -> list[tuple[int, int]]:
     return [(int(i), int(j)) for i, j in zip(nodes[:, :-1].ravel(), nodes[:, 1:].ravel(), strict=True)]
 
 
-STEPPING = 2
-"""Phase of a unit between two steps, in C."""
+STATE_TYPES = (("struct ", "State"), ("enum ", "Phase"))
+"""Declarations in unit.h that a state follows from."""
+STATE_NUMBERS = {"uint64_t": "<u8", "int64_t": "<i8", "double": "<f8"}
 FNV_BASIS, FNV_PRIME = 1469598103934665603, 1099511628211
 """Start and factor of the check sum of a state."""
 
@@ -411,16 +418,35 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
     inputs = dict(zip(ROW, w[places], strict=True))
     inputs["injection.pressure"] -= a.machine.gas.ambient_pressure
     inputs["drive.on"] = float(not simulation.coasts)
-    values = [inputs.get(v.name, v.start or 0.0) for v in unit.variables if v.store == "input"]
     chosen = list(product(*(one.values for one in unit.choices)))[hashes.index(own.machine.hash)]
-    turned = [*(one.value for one in unit.turned), *chosen]
-    held = np.concatenate([values, np.zeros(_outputs(a)), a.numbers, turned, [0.0]])
-    numbers = [0.0, np.inf, w[rig.seed]]
-    content = struct.pack("<q3d4q", 0, *numbers, STEPPING, 0, 0, 0) + held.tobytes() + w.tobytes()
-    check, size = FNV_BASIS, struct.calcsize("<8s40s2Q") + len(content)
-    for byte in content:
+    kind, steps = state_layout(unit)
+    row = np.zeros(1, kind)
+    found = {
+        "magic": MAGIC.encode(), "hash": unit.hash.encode(), "size": kind.itemsize, "stop": np.inf, "seed": w[rig.seed],
+        "phase": steps, "inputs": [inputs.get(v.name, v.start or 0.0) for v in unit.variables if v.store == "input"],
+        "parameters": a.numbers, "turned": [*(one.value for one in unit.turned), *chosen, 0.0], "w": w,
+    }  # fmt: skip
+    for name, value in found.items():
+        row[name] = value
+    assert kind.fields is not None
+    check = FNV_BASIS
+    for byte in row.tobytes()[kind.fields["count"][1] :]:
         check = ((check ^ byte) * FNV_PRIME) % 2**64
-    return struct.pack("<8s40s2Q", MAGIC.encode(), unit.hash.encode(), size, check) + content
+    row["check"] = check
+    return row.tobytes()
+
+
+def state_layout(unit: Unit) -> tuple[np.dtype[Any], int]:
+    """Members of a state as unit.h declares them, and the phase between two steps."""
+    text = (Path(__file__).parent / "c" / "unit.h").read_text(encoding="utf-8")
+    [(members,), (phases,)] = (re.findall(rf"typedef {start}{{([^}}]*)}} {name};", text) for start, name in STATE_TYPES)
+    known: dict[str, Any] = {**DEFINES, **unit.defines()}
+    kinds: list[Any] = []
+    for kind, names in re.findall(r"(\w+) ([^;]+);", members):
+        for name, size in re.findall(r"(\w+)(?:\[([^]]+)\])?", names):
+            count = sum(int(known.get(word, word)) for word in size.split(" + ")) if size else 0
+            kinds.append((name, f"S{count}") if kind == "char" else (name, STATE_NUMBERS[kind], (count,) * bool(size)))
+    return np.dtype(kinds), phases.replace(",", " ").split().index("STEPPING")
 
 
 def identifier(unit: Unit) -> str:

@@ -130,16 +130,12 @@ def with_choices(
 ) -> tuple[UnitVariable, ...]:
     """The variables of a plant with what is chosen from lists, and limits that hold for the machines of all choices.
 
-    `others` are the variables of these machines. Raises DataError for what can be set without a list, and for a start
-    beyond the limits of one of the machines.
+    `others` are the variables of these machines. Raises DataError for a start beyond the limits of one of them.
     """
     tables = [{v.name: v for v in table} for table in others]
     known = {v.name: _narrowest(v, [table[v.name] for table in tables if v.name in table]) for v in found}
     first = sum(v.store == "turned" for v in found)
     for k, one in enumerate(choices, first):
-        held = known.get(one.name)
-        if held is not None and held.store != "constant":
-            raise DataError(f"over: the unit has {one.name} as a parameter already; leave {one.path} out")
         bounds = min(one.values), max(one.values)
         known[one.name] = replace(_parameter(one.name, one.quantity, k, one.values[0], False, bounds), store="turned")
     for v in known.values():

@@ -29,6 +29,7 @@ from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.control import law_exchange
 from rotorsim.control.guard import Guarded
 from rotorsim.control.law_kernel import LawLayout, make_layout, refresh, step
+from rotorsim.control.plants import Model
 from rotorsim.control.plausibility import Plausibility
 from rotorsim.control.runout import RunoutTable
 
@@ -273,7 +274,9 @@ class Law(Guarded, Shown):
         return replace(self, **changes)
 
     @classmethod
-    def from_control(cls, system: Any, Ts: float | None = None, name: str | None = None, **settings: Any) -> Law:
+    def from_control(
+        cls, system: Any, Ts: float | None = None, name: str | None = None, model: Model | None = None, **settings: Any
+    ) -> Law:
         """The law of a linear system of the package `control`, or of several over speed and pressure.
 
         Parameters
@@ -287,6 +290,8 @@ class Law(Guarded, Shown):
             default 0.2 ms, the rig's, and a continuous system is refused.
         name : str, optional
             Of the law; by default the system's.
+        model : LpvModel or LinearModel, optional
+            Of the plant that the law is for: makes the plausibility limits, as for a law designed here.
         **settings
             Fields of `Law` such as `limit`, `bias`, `centre`. By default the law seeks its centre for 0.2 s and comes
             in within 0.05 s; ``average=0, fade=0`` switch that off.
@@ -308,7 +313,7 @@ class Law(Guarded, Shown):
         >>> rs.Law.from_control(control.append(lag, lag), Ts=2e-4).order
         2
         """
-        return law_exchange.from_control(cls, system, Ts, name, settings)
+        return law_exchange.from_control(cls, system, Ts, name, model, settings)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0) -> Any:
         """The law at an operating point [rad/s], [Pa, gauge] as control.StateSpace, without limits and bias.

@@ -12,7 +12,8 @@ from rotorsim.base import foreign_systems as foreign
 from rotorsim.base.errors import DataError, LawError, UnstableLaw
 from rotorsim.base.input_files import parse_json
 from rotorsim.base.units import RIG_SAMPLE
-from rotorsim.control.plausibility import Plausibility
+from rotorsim.control.plants import Model
+from rotorsim.control.plausibility import Plausibility, plausibility_of
 from rotorsim.control.runout import RunoutTable
 from rotorsim.control.systems import System, tustin
 
@@ -30,10 +31,14 @@ MAT_READ = (*MAT_SETTINGS, "W", "name", "speeds", "pressures", "centre", "bias",
 """Variables of a .mat file besides A, B, C, D and Ts."""
 
 
-def from_control(kind: Any, system: Any, Ts: float | None, name: str | None, settings: dict[str, Any]) -> Any:
+def from_control(
+    kind: Any, system: Any, Ts: float | None, name: str | None, model: Model | None, settings: dict[str, Any]
+) -> Any:
     """Law, of the class `kind`, of a system of the package `control` or of several; see `Law.from_control`."""
     make = _of_several if isinstance(system, Mapping) else _of_one
     law = make(kind, system, Ts, name, settings)
+    if model is not None and "plausibility" not in settings:
+        law = law.with_(plausibility=plausibility_of(model, law.Ts, law.limit, law.scheduled))
     warn_unstable(law)
     return law
 

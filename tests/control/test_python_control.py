@@ -99,6 +99,18 @@ def test_systems_over_a_grid_become_a_scheduled_law():
     np.testing.assert_allclose(law.to_control(75.0, 4e5)(z), (1.25 + 0.4) * feedback()(z), rtol=1e-12)
 
 
+def test_a_law_from_elsewhere_has_the_limits_of_one_that_was_designed_on_the_model(model):
+    law = rs.Law.from_control(feedback(), model=model, limit=3.0)
+    wanted = rs.control.plausibility_of(model, TS, 3.0)
+    np.testing.assert_array_equal(law.plausibility.table, wanted.table)
+    assert 0 < law.plausibility.jump < np.inf and 0 < law.plausibility.range < np.inf
+    both = rs.Law.from_control({(0.0, 3e5): feedback(), (300.0, 3e5): feedback()}, model=model)
+    assert both.plausibility.speed_jump < np.inf == law.plausibility.speed_jump  # a scheduled one checks its point
+    own = rs.control.Plausibility(range=2e-5)
+    assert rs.Law.from_control(feedback(), model=model, plausibility=own).plausibility is own
+    assert rs.Law.from_control(feedback()).plausibility is None
+
+
 @pytest.mark.parametrize(
     "systems, value",
     [

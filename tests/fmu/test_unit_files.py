@@ -227,8 +227,8 @@ def main_ends_well(*arguments):
     ("words", "sentence"),
     [
         (["export", "--law", "a.json", "--model", "b.json"], "--law and --model: a unit holds one of them"),
-        (["export", "--model", "b.json", "--grid", "16x8"], "--grid, --time-step and --set: change the plant"),
-        (["export", "--law", "a.json", "--set", "x=1"], "--grid, --time-step and --set: change the plant"),
+        (["export", "--model", "b.json", "--grid", "16x8"], "--grid, --time-step, --set and --over: change the plant"),
+        (["export", "--law", "a.json", "--set", "x=1"], "--grid, --time-step, --set and --over: change the plant"),
         (["system", "a.json", "--fmi", "2,3"], "--fmi: '2,3': a system has units of one version"),
     ],
 )
