@@ -58,6 +58,7 @@ def export(
     announce: Callable[[str], None] | None = None,
     name: str | None = None,
     source: bool = False,
+    clocked: bool = False,
 ) -> dict[int, Path]:
     """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
 
@@ -82,6 +83,8 @@ def export(
         Name of the model and of its libraries, an identifier; by default that of the subject and of its kind.
     source : bool
         Put the unit's sources next to its binaries.
+    clocked : bool
+        A law that answers at the ticks of a periodic clock (FMI 3.0).
 
     Returns
     -------
@@ -100,6 +103,7 @@ def export(
     """
     chosen = _export.versions(",".join(map(str, fmi)))
     unit = _export.named(unit_of(subject, speed, pressure), name)
+    unit = _export.clocked(unit) if clocked else unit
     return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce, source)
 
 
@@ -130,8 +134,11 @@ def system(
     speed: float | None = None,
     pressure: float | None = None,
     announce: Callable[[str], None] | None = None,
+    ssp: int = 1,
 ) -> Path:
     """Write plant and control law, wired, as one .ssp file; parameters as for `export`.
+
+    With `ssp` 2 the system has connectors, and its start values and their mapping are files (SSV, SSM).
 
     Examples
     --------
@@ -141,7 +148,7 @@ def system(
     """
     held: LawUnit = _export.law_unit(law, speed, pressure)
     wired = _export.plant_unit(plant, speed, pressure)
-    return _ssp.export_system(wired, held, Path(out), fmi, choose(targets), cpu, announce)
+    return _ssp.export_system(wired, held, Path(out), fmi, choose(targets), cpu, announce, ssp)
 
 
 def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:
