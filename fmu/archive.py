@@ -137,26 +137,38 @@ def description3(model: Unit) -> Element:
         SubElement(root, "ModelExchange", common, needsCompletedIntegratorStep="true")
     SubElement(
         root, "CoSimulation", common, canHandleVariableCommunicationStepSize="true", hasEventMode="true",
-        fixedInternalStepSize=number(model.sample),
+        fixedInternalStepSize=number(model.sample), providesIntermediateUpdate="true",
+        canReturnEarlyAfterIntermediateUpdate="true",
+        **({"mightReturnEarlyFromDoStep": "true"} if any(v.name == "film.touchdown" for v in model.variables) else {}),
     )  # fmt: skip
     listed = _common(root, model)
-    names = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
+    names = {"real": "Float64", "integer": "Int32", "boolean": "Boolean", "clock": "Clock"}
     references = {v.name: k for k, v in enumerate(model.variables)}
     for reference, v in enumerate(model.variables):
         derivative = {"derivative": str(references[v.derivative_of])} if v.derivative_of else {}
-        entry = SubElement(listed, names[v.kind], _attributes(reference, v) | derivative | _value_attributes(v))
+        own = derivative | _value_attributes(v) | _times(model, v, references)
+        entry = SubElement(listed, names[v.kind], _attributes(reference, v) | own)
         for length in v.shape:
             SubElement(entry, "Dimension", start=str(length))
     structure = SubElement(root, "ModelStructure")
     for element, stores in (("Output", OUTPUTS), ("ContinuousStateDerivative", ("derivative",))):
         for k, v in enumerate(model.variables):
             if v.store in stores:
-                known = {"dependencies": ""} if element == "Output" and not model.continuous else {}
+                known = {"dependencies": ""} if element == "Output" and not (model.continuous or v.clock) else {}
                 SubElement(structure, element, known, valueReference=str(k))
     for k, v in enumerate(model.variables):
-        if v.store in (*OUTPUTS, "derivative"):
+        if v.store in (*OUTPUTS, "derivative") and not v.clock:
             SubElement(structure, "InitialUnknown", valueReference=str(k))
     return root
+
+
+def _times(model: Unit, v: UnitVariable, references: Mapping[str, int]) -> dict[str, str]:
+    """Attributes of FMI 3.0 that state when a variable changes, or can be read."""
+    if v.kind == "clock":
+        return {"intervalVariability": "constant", "intervalDecimal": number(model.sample)}
+    if v.clock:
+        return {"clocks": str(references[v.clock])}
+    return {"intermediateUpdate": "true"} if v.store in OUTPUTS else {}
 
 
 DESCRIPTIONS: dict[int, Callable[[Unit], Element]] = {2: description2, 3: description3}
@@ -195,7 +207,7 @@ def _value_attributes(v: UnitVariable) -> dict[str, str]:
             if v.display:
                 found["displayUnit"] = v.display
         found |= {} if v.nominal is None else {"nominal": number(v.nominal)}
-    if v.kind != "boolean":
+    if v.kind not in ("boolean", "clock"):
         found |= {} if v.low <= -UNLIMITED else {"min": _plain(v, v.low)}
         found |= {} if v.high >= UNLIMITED else {"max": _plain(v, v.high)}
     if v.start is not None:

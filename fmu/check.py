@@ -14,7 +14,7 @@ import io
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -95,7 +95,9 @@ def model_of(path: Path) -> Unit:
     with importer.opened(path) as files, workspace() as folder:
         file = folder / f"{kind}.json"  # a name of ours: that in the unit may be any path
         file.write_bytes(files[f"resources/{kind}.json"])
-        return (law_unit if kind == "law" else linear_unit)(file, *importer.start(path))
+        unit = (law_unit if kind == "law" else linear_unit)(file, *importer.start(path))
+        clocked = b"<Clock " in files["modelDescription.xml"]
+        return replace(unit, clocked=True) if clocked and isinstance(unit, LawUnit) else unit
 
 
 def _law(unit: importer.ImportedUnit, model: LawUnit, n: int) -> Check:
@@ -446,6 +448,8 @@ def _schema(name: str, content: bytes) -> str | None:
         return "schema/fmi3/fmi3LayeredStandardManifest.xsd"
     if name == "sources/buildDescription.xml":
         return "schema/fmi3/fmi3BuildDescription.xsd"
+    if name.endswith(".ssd") and b'version="2.0"' in content.partition(b"<ssd:System ")[0]:
+        return None  # the schemas of SSP 2.0 are not among FMPy's
     return "ssp/schema/SystemStructureDescription.xsd" if name.endswith(".ssd") else None
 
 

@@ -19,7 +19,7 @@ from latex2mathml.converter import convert
 from fmu.archive import ROWS, number, text
 from fmu.importer import Reference, table
 from fmu.linear_units import LawUnit, LinearUnit
-from fmu.model import PlantUnit, Unit, software
+from fmu.model import DEFINES, PlantUnit, Unit, identifier, software
 from fmu.variables import UnitVariable, fmi_name
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.base.units import MPA, TO_RPM, show
@@ -73,6 +73,7 @@ def contents(model: Unit, version: int, reference: Reference | None, targets: li
     found = own | {
         "resources/model.json": json.dumps(data(model, targets, cpu), indent=1, sort_keys=True) + "\n",
         "documentation/licenses/license.txt": licence(),
+        f"resources/{identifier(model)}.a2l": addresses(model),
         f"{icons}/icon.svg": (templates / "icon.svg").read_text(encoding="utf-8"),
         "terminalsAndIcons/terminalsAndIcons.xml": text(terminals(model)),
     }
@@ -218,6 +219,43 @@ def terminals(model: Unit) -> Element:
                     variableKind="signal",
                 )  # fmt: skip
     return root
+
+
+STATE_HEAD = 128
+"""Bytes of a unit's State (fmu/c/unit.h) before its inputs."""
+A2L = Template("""ASAP2_VERSION 1 71
+/begin PROJECT $name "Addresses are offsets from the pointer fmi3Instance; model $hash"
+/begin MODULE $name ""
+/begin RECORD_LAYOUT NUMBER FNC_VALUES 1 FLOAT64_IEEE COLUMN_DIR DIRECT /end RECORD_LAYOUT
+$rows
+/end MODULE
+/end PROJECT
+""")
+
+
+def addresses(model: Unit) -> str:
+    """Inputs, outputs and tunable parameters for calibration tools (ASAM MCD-2 MC), each at its offset in an instance.
+
+    All are float64, integers and booleans too. A parameter written there acts from the next step on, without the checks
+    that setting it through FMI makes.
+    """
+    sizes = {
+        name: int(str(n)) for name, n in (DEFINES | dict(model.defines())).items() if name in ("N_INPUTS", "N_OUT")
+    }
+    first = {"input": 0, "output": sizes["N_INPUTS"], "parameter": sizes["N_INPUTS"] + sizes["N_OUT"]}
+    rows = []
+    for v in model.variables:
+        if v.store not in first or v.shape or (v.store == "parameter" and not v.tunable):
+            continue
+        place = f"0x{STATE_HEAD + 8 * (first[v.store] + v.index):X}"
+        doc, ends = json.dumps(v.doc, ensure_ascii=True), f"{max(v.low, -1e30)!r} {min(v.high, 1e30)!r}"
+        unit = "" if v.unit == "1" else f' PHYS_UNIT "{fmi_name(v.unit)}"'
+        if v.store == "output":
+            kind, row = "MEASUREMENT", f"FLOAT64_IEEE NO_COMPU_METHOD 0 0 {ends} ECU_ADDRESS {place}{unit}"
+        else:
+            kind, row = "CHARACTERISTIC", f"VALUE {place} NUMBER 0 NO_COMPU_METHOD {ends}{unit}"
+        rows.append(f"/begin {kind} {v.name} {doc} {row} /end {kind}")
+    return A2L.substitute(name=identifier(model), hash=model.hash, rows="\n".join(rows))
 
 
 def manifest() -> Element:

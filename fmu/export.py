@@ -101,6 +101,13 @@ def law_unit(given: Law | str | Path, speed: float | None = None, pressure: floa
     return LawUnit(given if isinstance(given, Law) else load_law(given), **starts)
 
 
+def clocked(unit: Unit) -> LawUnit:
+    """A law's unit that answers at the ticks of a periodic clock; raises DataError for one that holds no law."""
+    if isinstance(unit, LawUnit):
+        return replace(unit, clocked=True)
+    raise DataError("clocked: only a law has a clock; a plant and a model are stepped", argument="clocked")
+
+
 @dataclass(frozen=True)
 class Platform:
     """A platform; `folder2` and `folder3` are its folders below ``binaries`` in FMI 2.0 and 3.0.
@@ -312,6 +319,8 @@ def export(
     if cpu not in ("portable", "native"):
         raise DataError(f"cpu: '{cpu}' is not known; choose portable or native")
     paths = file_names(out, chosen)
+    if isinstance(model, LawUnit) and model.clocked and 2 in chosen:
+        raise DataError("clocked: FMI 2.0 has no clocks; choose --fmi 3", argument="clocked")
     for path in paths.values():
         check_place(path)
     compilers(targets)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import ctypes
 import io
+import math
 import os
 import re
 import shutil
@@ -120,9 +121,11 @@ class Instance:
             "guid": d.guid, "unzipDirectory": unit.folder, "modelIdentifier": d.coSimulation.modelIdentifier,
             "instanceName": name,
         }  # fmt: skip
+        clocks = [v.valueReference for v in unit.variables.values() if v.type == "Clock"]
+        self.clocks = clocks if kind == "Slave" else []
         here = os.getcwd()
         try:
-            self._load(common, options, kind)
+            self._load(common, ({"eventModeUsed": True} if self.clocks else {}) | options, kind)
         except Exception as error:  # FMPy has no class of its own for this
             os.chdir(here)  # it goes to the library's folder, and stays there after a failure
             why = self.messages[-1] if self.messages else str(error)
@@ -174,8 +177,25 @@ class Instance:
         return found
 
     def step(self, now: float, length: float) -> Any:
-        """One communication step; FMI 3.0 answers (event, terminate, early return, time reached)."""
-        return self.slave.doStep(currentCommunicationPoint=now, communicationStepSize=length)
+        """One communication step; FMI 3.0 answers (event, terminate, early return, time reached).
+
+        A clock ticks at the start of each of the unit's own steps in it.
+        """
+        if not self.clocks:
+            return self.slave.doStep(currentCommunicationPoint=now, communicationStepSize=length)
+        own = float(self.unit.description.coSimulation.fixedInternalStepSize)
+        ticks = round(length / own) if own <= length and math.isfinite(length) else 1
+        for k in range(ticks):
+            self.slave.setClock(self.clocks, [True] * len(self.clocks))
+            self.slave.updateDiscreteStates()
+            self.slave.enterStepMode()
+            try:
+                answer = self.slave.doStep(
+                    now + k * own, length if ticks == 1 or abs(length / own - ticks) > 1e-6 else own
+                )
+            finally:
+                self.slave.enterEventMode()
+        return answer
 
     def film_pressure(self) -> np.ndarray:
         """Film pressure (n_theta, n_z); FMI 3.0 only."""

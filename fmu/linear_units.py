@@ -35,17 +35,23 @@ ANGLE = "meas.angle"
 """Input of a law with a runout table."""
 OUTPUTS = ("piezo.ref_x", "piezo.ref_y")
 ALARM = "law.alarm"
+CLOCK = "law.clock"
+"""Periodic clock of a law that has one."""
 CODES = "; ".join(f"{code:g}: {sentence}" for code, sentence in SENTENCES.items())
 
 
 @dataclass(frozen=True, eq=False)
 class LawUnit(Unit):
-    """A law to be exported; `speed` [rad/s] and gauge `pressure` [Pa] are the start values of its inputs."""
+    """A law to be exported; `speed` [rad/s] and gauge `pressure` [Pa] are the start values of its inputs.
+
+    A `clocked` one answers at the ticks of a periodic clock (FMI 3.0), any other at the end of a step.
+    """
 
     law: Law
     speed: float = 0.0
     pressure: float = 0.3e6
     chosen_name: str = ""
+    clocked: bool = False
     core = ("law.c", "control_law.c")
     continuous = False
 
@@ -104,7 +110,7 @@ class LawUnit(Unit):
         code = LawCode(self.law)
         return {
             "N_INPUTS": len(self.inputs), "N_OUT": len(OUTPUTS) + 1, "N_W": "(sizeof(law_memory) / sizeof(double))",
-            "GUARDED": 1, "LAW_TESTED": 0, **code.sizes(), **code.constants(),
+            "GUARDED": 1, "CLOCKED": int(self.clocked), "LAW_TESTED": 0, **code.sizes(), **code.constants(),
         }  # fmt: skip
 
     def arrays(self) -> dict[str, Iterable[str]]:
@@ -119,12 +125,15 @@ def law_variables(unit: LawUnit) -> Iterator[UnitVariable]:
         ("Measured disc x.", "m", 0.0), ("Measured disc y.", "m", 0.0), ("Measured speed.", "rad/s", unit.speed),
         ("Measured gauge pressure.", "Pa", unit.pressure), ("Measured shaft angle.", "rad", 0.0),
     )  # fmt: skip
+    clock = CLOCK if unit.clocked else ""
     for k, (name, (doc, of, start)) in enumerate(zip(unit.inputs, rows, strict=False)):
-        yield UnitVariable(name, "input", doc, of, k, start=start)
+        yield UnitVariable(name, "input", doc, of, k, start=start, clock=clock)
     for k, name in enumerate(OUTPUTS):
-        yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k)
+        yield UnitVariable(name, "output", f"Reference along {'xy'[k]}.", "V", k, clock=clock)
     doc = f"Alarm: 0 as long as the law acts fully. {CODES}."
-    yield UnitVariable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer")
+    yield UnitVariable(ALARM, "output", doc, index=len(OUTPUTS), kind="integer", clock=clock)
+    if clock:
+        yield UnitVariable(clock, "ticks", "Clock of the law: its inputs are read at a tick.", kind="clock")
 
 
 def answered(law: Law, inputs: dict[str, np.ndarray], per: int = 1) -> np.ndarray:

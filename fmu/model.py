@@ -41,6 +41,7 @@ WORK_COLUMNS = 3
 STORES = {
     "time": "TIME", "input": "INPUT", "output": "OUTPUT", "parameter": "PARAMETER", "seed": "SEED",
     "constant": "CONSTANT", "turned": "TURNED", "pressure": "PRESSURE", "state": "STATE", "derivative": "DERIVATIVE",
+    "ticks": "TICKS",
 }  # fmt: skip
 DEFINES = {
     "CONTINUOUS": 0,
@@ -55,6 +56,7 @@ DEFINES = {
     "N_CHOICES": 0,
     "N_CHOSEN": 0,
     "GUARDED": 0,
+    "CLOCKED": 0,
 }
 """Sizes of a unit that does not state them."""
 ARRAYS = {
@@ -143,6 +145,7 @@ def row(v: UnitVariable) -> str:
         "seed": "BEFORE_START",
         "state": "BEFORE_START",
         "turned": "BEFORE_START",
+        "ticks": "ALWAYS",
     }
     unit = "" if v.unit == "1" else v.unit
     texts = [json.dumps(text, ensure_ascii=False) for text in (v.why, v.beyond)]

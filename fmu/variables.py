@@ -48,7 +48,7 @@ class UnitVariable:
     """A variable: `store` is where its value lies ('input', 'output', 'parameter', ...), `index` its place there.
 
     A value outside `low` to `high` is refused, for the reason `why`; one outside `checked` is warned of once, with the
-    sentence `beyond`.
+    sentence `beyond`. One with a `clock` changes at that clock's ticks alone.
     """
 
     name: str
@@ -66,11 +66,12 @@ class UnitVariable:
     why: str = ""
     checked: tuple[float, float] = (-UNLIMITED, UNLIMITED)
     beyond: str = ""
+    clock: str = ""
 
     @property
     def causality(self) -> str:
         """FMI's causality."""
-        known = {"time": "independent", "input": "input", "pressure": "output", "output": "output"}
+        known = {"time": "independent", "input": "input", "pressure": "output", "output": "output", "ticks": "input"}
         known |= dict.fromkeys(("constant", "state", "derivative"), "local")
         return known.get(self.store, "parameter")
 
@@ -86,7 +87,7 @@ class UnitVariable:
             return "constant"
         if self.causality == "parameter":
             return "tunable" if self.tunable else "fixed"
-        return "continuous" if self.kind == "real" else "discrete"
+        return "continuous" if self.kind == "real" and not self.clock else "discrete"
 
     @property
     def nominal(self) -> float | None:

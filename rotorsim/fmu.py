@@ -64,6 +64,7 @@ def export(
     name: str | None = None,
     source: bool = False,
     over: Over | None = None,
+    clocked: bool = False,
 ) -> dict[int, Path]:
     """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
 
@@ -90,6 +91,8 @@ def export(
         Put the unit's sources next to its binaries.
     over : mapping, optional
         Values that the unit offers, in SI or as text, by paths of the machine: {"discs.0.mass": [1.2, "1.8 kg"]}.
+    clocked : bool
+        A law that answers at the ticks of a periodic clock (FMI 3.0).
 
     Returns
     -------
@@ -108,6 +111,7 @@ def export(
     """
     chosen = _export.versions(",".join(map(str, fmi)))
     unit = _export.named(unit_of(subject, speed, pressure, over), name)
+    unit = _export.clocked(unit) if clocked else unit
     return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce, source)
 
 
@@ -138,8 +142,11 @@ def system(
     speed: float | None = None,
     pressure: float | None = None,
     announce: Callable[[str], None] | None = None,
+    ssp: int = 1,
 ) -> Path:
     """Write plant and control law, wired, as one .ssp file; parameters as for `export`.
+
+    With `ssp` 2 the system has connectors, and its start values and their mapping are files (SSV, SSM).
 
     Examples
     --------
@@ -149,7 +156,7 @@ def system(
     """
     held: LawUnit = _export.law_unit(law, speed, pressure)
     wired = _export.plant_unit(plant, speed, pressure)
-    return _ssp.export_system(wired, held, Path(out), fmi, choose(targets), cpu, announce)
+    return _ssp.export_system(wired, held, Path(out), fmi, choose(targets), cpu, announce, ssp)
 
 
 def check(path: str | Path, duration: float = 1.0) -> Iterator[Check]:

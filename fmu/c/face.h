@@ -52,8 +52,9 @@ FMI(Status) FMI(Terminate)(Component c) {
 }
 
 FMI(Status) FMI(Reset)(Component c) {
-    if (c) unit_reset(c);
-    return done(c != NULL);
+    bool well = unit_allows(c, CALL(Reset));
+    if (well) unit_reset(c);
+    return done(well);
 }
 
 FMI(Status) FMI(GetFMUState)(Component c, FMI(FMUState) *state) { return done(unit_save(c, state)); }

@@ -13,6 +13,16 @@ static void log_message(Unit *u, Outcome outcome, const char *category, const ch
     if (log) log(u->environment, statuses[outcome], category, text);
 }
 
+/* The master may read the outputs that a sample within its step left, and end the step there or at a later one. */
+static void show_between(Unit *u) {
+    fmi3IntermediateUpdateCallback update;
+    fmi3Boolean asked = false;
+    fmi3Float64 at = unit_time(u);
+    memcpy(&update, &u->update, sizeof update);
+    update(u->environment, at, false, true, true, u->early_return, &asked, &at);
+    if (asked && u->early_return) u->return_at = at;
+}
+
 fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
                                           fmi3Boolean logging, fmi3InstanceEnvironment e, fmi3LogMessageCallback log) {
     (void)resources, (void)visible; /* it reads no files and has no window */
@@ -42,12 +52,18 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                          fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
     void *callback;
     (void)resources, (void)visible;
-    (void)required, (void)n, (void)update; /* there is no intermediate update, as the flag states */
+    (void)required, (void)n; /* all outputs can be read between samples */
     memcpy(&callback, &log, sizeof callback);
+    if (CLOCKED && !events) {
+        if (log) log(e, fmi3Error, "logStatusError", "law.clock: ticks in event mode; instantiate with it");
+        return NULL;
+    }
     Unit *u = unit_create(name, token, logging, e, callback, log_message);
     if (u) {
         u->event_mode = events;
         u->early_return = early;
+        memcpy(&u->update, &update, sizeof update);
+        u->show_between = update ? show_between : NULL;
     }
     return u;
 }
@@ -86,6 +102,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
     if (states) *states = false;
     if (next) *next = false;
     if (time) *time = 0.0;
+    if (CLOCKED && ((Unit *)c)->s.event) unit_tick(c);
     ((Unit *)c)->s.event = 0;
     return fmi3OK;
 }
@@ -161,8 +178,27 @@ NO_SUCH_TYPE(String, fmi3String)
 
 NO(GetBinary, REFS, size_t sizes[], fmi3Binary values[], size_t nv)
 NO(SetBinary, REFS, const size_t sizes[], const fmi3Binary values[], size_t nv)
+#if CLOCKED
+fmi3Status fmi3GetClock(fmi3Instance c, REFS, fmi3Clock values[]) {
+    double ticks;
+    if (!in_phase(c, "fmi3GetClock", IN_EVENT, IN_EVENT)) return fmi3Error;
+    for (size_t k = 0; k < n; k++) {
+        if (!unit_get(c, r[k], CLOCK, &ticks)) return fmi3Error;
+        values[k] = ticks != 0.0;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetClock(fmi3Instance c, REFS, const fmi3Clock values[]) {
+    if (!in_phase(c, "fmi3SetClock", IN_EVENT, IN_EVENT)) return fmi3Error;
+    for (size_t k = 0; k < n; k++)
+        if (!unit_set(c, r[k], CLOCK, values[k])) return fmi3Error;
+    return fmi3OK;
+}
+#else
 NO(GetClock, REFS, fmi3Clock values[])
 NO(SetClock, REFS, const fmi3Clock values[])
+#endif
 NO(GetNumberOfVariableDependencies, fmi3ValueReference r, size_t *n)
 NO(GetVariableDependencies, fmi3ValueReference r, size_t a[], fmi3ValueReference b[], size_t d[], fmi3DependencyKind k[], size_t n)
 NO(GetAdjointDerivative, REFS, const fmi3ValueReference k[], size_t nk, const fmi3Float64 s[], size_t ns, fmi3Float64 d[], size_t nd)
@@ -212,6 +248,7 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 now, fmi3Float64 length, fmi3B
     (void)no_way_back; /* states are kept by who asked for them */
     if (!unit_exchanges(u, "fmi3DoStep", false) || !in_phase(u, "fmi3DoStep", STEPPING, STEPPING)) return fmi3Error;
     int64_t before = u->s.count;
+    u->return_at = INFINITY;
     Outcome outcome = unit_step(u, now, length, &at);
     bool short_of = outcome != FAILED && (double)(u->s.count - before) * SAMPLE < length - 0.5 * SAMPLE;
     if (event) *event = u->event_mode && u->s.event;

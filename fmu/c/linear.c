@@ -135,8 +135,9 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
         for (int64_t k = 0; k < n; k++) {
             for (int r = 0; r < N_STATES; r++) x[r] = row_times(u, M[r]);
             memcpy(u->s.w, x, sizeof x);
+            u->s.count++;
+            if (unit_ends_early(u, n - k - 1)) break;
         }
-        u->s.count += n;
         unit_refresh(u);
         for (int r = 0; r < N_OUT; r++)
             if (!isfinite(u->s.outputs[r])) {
@@ -147,6 +148,8 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
     *reached = unit_time(u);
     return outcome;
 }
+
+void unit_tick(Unit *u) { (void)u; }
 
 bool unit_film_pressure(Unit *u, double *values) {
     (void)u, (void)values;

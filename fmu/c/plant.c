@@ -118,6 +118,8 @@ bool unit_refresh(Unit *u) {
     return true;
 }
 
+void unit_tick(Unit *u) { (void)u; }
+
 bool unit_film_pressure(Unit *u, double *values) {
     for (int k = 0; k < N_PRESSURE; k++)
         values[k] = 0.5 * (u->s.w[pressure_nodes[k][1]] + u->s.w[pressure_nodes[k][0]]);
@@ -199,6 +201,7 @@ Outcome unit_step(Unit *u, double now, double length, double *reached) {
         }
         if (TOUCHDOWN >= 0) touched |= s->outputs[TOUCHDOWN] != 0.0;
         if (touched != s->touching) s->event = 1;
+        if (unit_ends_early(u, n - k - 1)) break;
     }
     if (outcome != FAILED && n) {
         if (TOUCHDOWN >= 0) s->outputs[TOUCHDOWN] = (double)touched;

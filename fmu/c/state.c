@@ -25,7 +25,7 @@ static bool belongs(Unit *u, const State *s) {
 }
 
 bool unit_save(Unit *u, void **state) {
-    if (!u || !state) return false;
+    if (!u || !state || !unit_allows(u, "GetFMUState")) return false;
     if (!*state) *state = malloc(sizeof u->s);
     if (!*state) {
         unit_fail(u, FAILED, "state: no memory for %lu bytes; free other states", (unsigned long)sizeof u->s);
@@ -49,7 +49,7 @@ bool unit_state_size(Unit *u, size_t *size) {
 }
 
 bool unit_restore(Unit *u, const State *from) {
-    if (!u || !from || !belongs(u, from)) return false;
+    if (!u || !from || !unit_allows(u, "SetFMUState") || !belongs(u, from)) return false;
     memcpy(&u->s, from, sizeof u->s);
     u->has_refused = false;
     return true;

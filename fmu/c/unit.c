@@ -133,7 +133,7 @@ Unit *unit_create(const char *name, const char *token, bool logging, void *envir
 }
 
 void unit_free(Unit *u) {
-    if (!u) return;
+    if (!u || !unit_allows(u, "FreeInstance")) return;
     free(u->name);
     free(u);
 }
@@ -237,3 +237,18 @@ int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome) {
     return *outcome == FAILED ? 0 : (int64_t)n;
 }
 
+/* Whether a step with samples left ends here: the master is shown the outputs, and may have asked to stop at this time. */
+bool unit_ends_early(Unit *u, int64_t left) {
+    if (!u->show_between || left <= 0) return false;
+    u->s.phase = BETWEEN;
+    u->show_between(u);
+    u->s.phase = STEPPING;
+    return unit_time(u) > u->return_at - 0.01 * SAMPLE;
+}
+
+/* Whether a function may be called now: within a step a master may read, and nothing else. */
+bool unit_allows(Unit *u, const char *function) {
+    if (u && u->s.phase != BETWEEN) return true;
+    if (u) unit_fail(u, FAILED, "%s: not allowed within a communication step; read outputs there, and return", function);
+    return false;
+}

@@ -13,10 +13,11 @@
 
 #define TO_RPM 9.549296585513721
 
-typedef enum { REAL, INTEGER, BOOLEAN } Kind;
-typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE, TURNED } Store;
+typedef enum { REAL, INTEGER, BOOLEAN, CLOCK } Kind;
+typedef enum { TIME, INPUT, OUTPUT, PARAMETER, SEED, CONSTANT, PRESSURE, STATE, DERIVATIVE, TURNED, TICKS } Store;
 typedef enum { NEVER, BEFORE_START, ALWAYS } Settable;
-typedef enum { CREATED, INITIALISING, STEPPING, IN_EVENT, TERMINATED } Phase;
+/* BETWEEN: within a communication step, while the master reads the outputs of a sample. */
+typedef enum { CREATED, INITIALISING, STEPPING, IN_EVENT, TERMINATED, BETWEEN } Phase;
 typedef enum { OK, WARNING, FAILED } Outcome;
 
 /* One variable; its value reference is its place in `variables`. A value outside low to high is refused, for the reason
@@ -101,8 +102,10 @@ typedef struct Unit {
     uint32_t refused;
     char refusal[400];
     char *name;
-    void *environment, *callback;
+    void *environment, *callback, *update;
+    double return_at;
     void (*log_message)(struct Unit *, Outcome, const char *category, const char *text);
+    void (*show_between)(struct Unit *);
 } Unit;
 
 Unit *unit_create(const char *name, const char *token, bool logging, void *environment, void *callback,
@@ -128,12 +131,15 @@ double unit_time(const Unit *u);
 Outcome unit_check_inputs(Unit *u);
 bool unit_may_begin(Unit *u);
 int64_t unit_samples_in(Unit *u, double now, double length, Outcome *outcome);
+bool unit_ends_early(Unit *u, int64_t left);
+bool unit_allows(Unit *u, const char *function);
 
 /* What a unit holds, in plant.c or linear.c: outputs as they are now, a communication step, and what not all have. */
 bool unit_initialise(Unit *u);
 bool unit_refresh(Unit *u);
 Outcome unit_step(Unit *u, double now, double length, double *reached);
 bool unit_film_pressure(Unit *u, double *values);
+void unit_tick(Unit *u);
 bool unit_directional(Unit *u, const uint32_t unknowns[], size_t n_unknowns, const uint32_t knowns[], size_t n_knowns,
                       const double seed[], double sensitivity[]);
 

@@ -6,7 +6,7 @@
 #include "unit.h"
 
 static const Variable *find(Unit *u, uint32_t reference, Kind kind) {
-    static const char *const kinds[] = {"a real number", "an integer", "a boolean"};
+    static const char *const kinds[] = {"a real number", "an integer", "a boolean", "a clock"};
     if (reference >= N_VARIABLES) {
         unit_fail(u, FAILED, "value reference %u: there is no such variable; see modelDescription.xml", (unsigned)reference);
         return NULL;
@@ -40,6 +40,7 @@ bool unit_get(Unit *u, uint32_t reference, Kind kind, double *value) {
         case TURNED: *value = u->s.turned[v->index]; return true;
         case SEED: *value = u->s.seed; return true;
         case CONSTANT: *value = v->value; return true;
+        case TICKS: *value = (double)u->s.event; return true;
         case PRESSURE: break;
     }
     unit_fail(u, FAILED, "%s: is an array of %d values; read all of it", v->name, N_PRESSURE);
@@ -92,7 +93,7 @@ static bool fits(Unit *u, uint32_t reference, double value) {
 bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
     const Variable *v = find(u, reference, kind);
     bool early = u->s.phase == CREATED || u->s.phase == INITIALISING;
-    if (!v) return false;
+    if (!v || !unit_allows(u, v->name)) return false;
     if (v->settable == NEVER) {
         unit_fail(u, FAILED, "%s: cannot be set; only inputs and parameters can", v->name);
         return false;
@@ -109,6 +110,7 @@ bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
         if (v->store == PARAMETER) u->s.parameters[v->index] = value;
         if (v->store == TURNED) u->s.turned[v->index] = value;
         if (v->store == STATE) u->s.w[v->index] = value;
+        if (v->store == TICKS) u->s.event = value != 0.0;
     }
     if (early) u->s.settled = 0;
     return true;

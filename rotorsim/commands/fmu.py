@@ -93,6 +93,9 @@ def export(
         list[str] | None,
         typer.Option(help="Values of the machine that it offers: 'discs.0.mass=1.2 kg, 1.8 kg'; may be repeated."),
     ] = None,
+    clocked: Annotated[
+        bool, typer.Option("--clocked", help="A law that answers at the ticks of a periodic clock (FMI 3.0).")
+    ] = False,
     source: Annotated[bool, typer.Option("--source", help="Put the unit's sources next to its binaries.")] = False,
     settings: PlantOptions,
     force: Force = False,
@@ -114,7 +117,7 @@ def export(
             raise DataError("--c-only: writes a control law; give one with --law")
         _write_code(law, name, out, precision, force, as_json)
         return
-    from fmu.export import bounded, choose, export as write, file_names, named, versions
+    from fmu.export import bounded, choose, clocked as ticking, export as write, file_names, named, versions
     from fmu.importer import info as facts
 
     out = out or Path("rotor.fmu")
@@ -123,6 +126,7 @@ def export(
         offered = {field.path: field.values for field in map(read_field, over or ())}
         made = _unit_of(bounded(plant) if plant and real_time else plant, law, Path(model), start, offered)
         announce = partial(typer.echo, err=True)
+        made = ticking(made) if clocked else made
         paths = write(named(made, name), out, chosen, platforms, unit.cpu, announce, source)
     if as_json:
         print_json({f"fmi{v}": str(p) for v, p in paths.items()})
@@ -179,6 +183,9 @@ def system(
     fmi: Annotated[str, typer.Option(help="FMI version of the units: 2 or 3.")] = "2",
     out: Annotated[Path, typer.Option(help="File to write.")] = Path("loop.ssp"),
     *,
+    ssp: Annotated[
+        int, typer.Option(min=1, max=2, help="SSP version; 2: connectors of the system, values and mapping as files.")
+    ] = 1,
     unit: UnitOptions,
     settings: PlantOptions,
     force: Force = False,
@@ -194,7 +201,9 @@ def system(
     with files(out, force=force):
         held = law_unit(law, speed or 0.0, pressure)
         plant = plant_unit(settings.plant(machine), speed or 0.0, pressure)
-        path = export_system(plant, held, out, chosen, choose(unit.targets), unit.cpu, partial(typer.echo, err=True))
+        path = export_system(
+            plant, held, out, chosen, choose(unit.targets), unit.cpu, partial(typer.echo, err=True), ssp
+        )
     if as_json:
         print_json({"ssp": str(path)})
         return

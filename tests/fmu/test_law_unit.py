@@ -240,3 +240,72 @@ def test_a_law_designed_on_model_2_with_rates_has_the_bits_of_the_law(gcc, tmp_p
     truth = answered(unit.law, inputs)
     np.testing.assert_array_equal(rows, truth)
     assert np.abs(truth[:, :2]).max() > 0.1
+
+
+@pytest.fixture(scope="module")
+def clocked(gcc, tmp_path_factory):
+    """Return the unit of a law with a clock and its file."""
+    from fmu.export import choose, export
+
+    unit = LawUnit(scheduled_law(bias=(0.5, -0.2)), clocked=True)
+    return unit, export(unit, tmp_path_factory.mktemp("clocked") / "law.fmu", (3,), choose("host"))[3]
+
+
+def test_a_law_with_a_clock_answers_at_its_ticks_with_the_bits_of_the_law(clocked):
+    """While the clock ticks a master may try inputs; the memory moves on once, with the last of them."""
+    from fmu.importer import ImportedUnit
+
+    unit, file = clocked
+    inputs = {name: unit.stimuli(400, unit.sample)[name] for name in INPUTS}
+    truth = answered(unit.law, inputs)[1:]
+    with ImportedUnit(file) as loaded:
+        instance = loaded.instance()
+        instance.initialise()
+        slave, found = instance.slave, []
+        for k, row in enumerate(zip(*inputs.values(), strict=True)):
+            slave.setClock(instance.clocks, [True])
+            instance.set(dict.fromkeys(inputs, 1e-6))
+            instance.get(OUTPUTS)
+            instance.set(dict(zip(inputs, row, strict=True)))
+            found.append(instance.get(OUTPUTS))
+            slave.updateDiscreteStates()
+            assert not slave.getClock(instance.clocks)[0]
+            slave.enterStepMode()
+            slave.doStep(currentCommunicationPoint=k * unit.sample, communicationStepSize=unit.sample)
+            slave.enterEventMode()
+        instance.close()
+    np.testing.assert_array_equal(found, truth)
+
+
+def test_every_check_of_the_command_passes_for_a_law_with_a_clock(clocked):
+    from fmu.check import check
+
+    assert [c.name for c in check(clocked[1], 0.05) if c.passed is False] == []
+
+
+def test_a_law_with_a_clock_refuses_steps_over_a_tick_and_masters_without_events(clocked):
+    from fmu.importer import ImportedUnit
+
+    with ImportedUnit(clocked[1]) as loaded:
+        with pytest.raises(DataError):
+            loaded.instance(eventModeUsed=False)
+        instance = loaded.instance()
+        instance.initialise()
+        instance.slave.enterStepMode()
+        with pytest.raises(Exception, match="fmi3SetClock"):
+            instance.slave.setClock(instance.clocks, [True])
+        with pytest.raises(Exception, match="fmi3DoStep"):
+            instance.slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=4e-4)
+        assert instance.messages[-1].startswith("communication step = 0.0004 s: law.clock ticks")
+        instance.close()
+
+
+def test_what_has_no_clock_is_refused(model, tmp_path, clocked):
+    from fmu.export import choose, clocked as ticking, export
+
+    with pytest.raises(DataError) as refused:
+        ticking(model)
+    assert refused.value.argument == "clocked"
+    with pytest.raises(DataError) as refused:
+        export(clocked[0], tmp_path / "law.fmu", (2, 3), choose("host"))
+    assert refused.value.argument == "clocked"

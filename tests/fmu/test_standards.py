@@ -3,6 +3,7 @@
 import io
 import zipfile
 
+import numpy as np
 import pytest
 from law_models import scheduled_law
 from lpv_models import make_lpv
@@ -69,3 +70,33 @@ def test_the_schemas_find_what_is_broken(all_files, tmp_path, name, file, old, n
     (tmp_path / "broken").write_bytes(broken.getvalue())
     found = findings(tmp_path / "broken")
     assert found and all(file in sentence for sentence in found)
+
+
+def test_a_system_of_ssp_2_has_connectors_and_start_values_in_files_of_their_own(all_files, model, tmp_path):
+    """Its schemas come with pyssp-standard alone, of the nightly job on importers; here every reference is followed."""
+    from xml.etree import ElementTree
+
+    from fmu.linear_units import LawUnit
+    from fmu.ssp import DRIVEN, CoupledUnits, write_system
+
+    both = {name: all_files[f"{name} 3"].read_bytes() for name in ("plant", "law")}
+    file = write_system(model, LawUnit(scheduled_law()), both, tmp_path / "loop.ssp", 2)
+    with zipfile.ZipFile(file) as archive:
+        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
+        names = {name.split("}")[1] for one in root.iter() for name in [one.tag]}
+        sources = [one.get("source") for one in root.iter() if one.get("source")]
+        assert set(sources) <= set(archive.namelist()) and len(sources) == 4
+        values, mapping = (ElementTree.fromstring(archive.read(f"resources/start.{end}")) for end in ("ssv", "ssm"))
+    assert root.get("version") == values.get("version") == mapping.get("version") == "2.0"
+    assert "ParameterMapping" in names
+    given = {one.get("name") for one in values.iter() if one.tag.endswith("Parameter")}
+    assert given == {one.get("source") for one in mapping} and {one.get("target") for one in mapping} == set(DRIVEN)
+    system = next(one for one in root if one.tag.endswith("System"))
+    outer = {one.get("name") for one in system[0]}
+    ends = [one for one in root.iter() if one.tag.endswith("}Connection")]
+    open_ends = {one.get("startConnector") for one in ends if not one.get("startElement")}
+    open_ends |= {one.get("endConnector") for one in ends if not one.get("endElement")}
+    assert set(DRIVEN) < outer == open_ends
+    inputs = {"disc.force_x": np.full(50, 5.0)}
+    with CoupledUnits(file) as new, CoupledUnits(all_files["system 3"]) as old:
+        np.testing.assert_array_equal(new.run(inputs), old.run(inputs))

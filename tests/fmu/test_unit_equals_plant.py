@@ -166,3 +166,80 @@ def test_laws_and_models_refuse_to_be_bounded(subject, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["fmu", "export", *subject, "--real-time"])
     assert ended.value.code == 2 and "--real-time" in capsys.readouterr().err
+
+
+@pytest.fixture
+def stepped(units):
+    """A function that plays a step of five samples with a callback between them: what it showed, the time reached."""
+    from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback
+
+    unit = units[3]
+    force, x = (unit.variables[name].valueReference for name in ("disc.force_x", "disc.x"))
+
+    def play(answer, early):
+        d = unit.description
+        slave = FMU3Slave(
+            guid=d.guid,
+            unzipDirectory=unit.folder,
+            modelIdentifier=d.coSimulation.modelIdentifier,
+            instanceName="between",
+        )
+        shown = []
+
+        def update(environment, time, may_set, may_get, finished, may_return, asked, until):
+            shown.append((time, slave.getFloat64([x])[0], may_return))
+            answer(slave, len(shown), asked, until)
+
+        slave.instantiate(earlyReturnAllowed=early, intermediateUpdate=fmi3IntermediateUpdateCallback(update))
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        slave.setFloat64([force], [20.0])
+        _, _, returned, reached = slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=5 * SAMPLE)
+        shown.append((reached, slave.getFloat64([x])[0], returned))
+        slave.freeInstance()
+        return shown
+
+    return play
+
+
+def test_outputs_between_samples_are_those_of_single_steps(units, stepped):
+    shown = stepped(lambda *_: None, False)
+    instance, rows = units[3].instance(), []
+    instance.initialise()
+    instance.set({"disc.force_x": 20.0})
+    for k in range(5):
+        instance.step(k * SAMPLE, SAMPLE)
+        rows.append(instance.get(["disc.x"])[0])
+    instance.close()
+    assert [value for _, value, _ in shown] == rows
+    assert [time for time, _, _ in shown] == pytest.approx(SAMPLE * np.arange(1, 6), rel=1e-12)
+
+
+@pytest.mark.parametrize(("until", "samples"), [(2.0, 2), (2.5, 3), (0.0, 2)])
+def test_a_master_ends_a_step_at_the_sample_that_it_asks_for(stepped, until, samples):
+    def ask(slave, number, asked, time):
+        if number == 2:
+            asked[0], time[0] = True, until * SAMPLE
+
+    shown = stepped(ask, True)
+    assert shown[-1][0] == pytest.approx(samples * SAMPLE, rel=1e-12) and shown[-1][2]
+    assert stepped(ask, False)[-1][0] == pytest.approx(5 * SAMPLE, rel=1e-12)  # it must not
+
+
+def test_within_a_step_a_master_may_read_and_nothing_else(stepped):
+    refused = []
+
+    def misuse(slave, number, asked, time):
+        calls = (
+            slave.reset,
+            slave.getFMUState,
+            slave.terminate,
+            lambda: slave.setFloat64([1], [1.0]),
+            lambda: slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=SAMPLE),
+        )
+        for call in calls:
+            with pytest.raises(Exception, match="fmi3"):
+                call()
+            refused.append(call)
+
+    assert stepped(misuse, False) == stepped(lambda *_: None, False) and len(refused) == 20

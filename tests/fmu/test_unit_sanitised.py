@@ -1,6 +1,7 @@
-"""C wrapper under the address and undefined-behaviour sanitisers: every call in every state."""
+"""C wrapper under the address and undefined-behaviour sanitisers: every call in every state, then random masters."""
 
 import ctypes
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,38 +31,60 @@ def has_sanitisers(gcc, folder):
     return built.returncode == 0 and run(folder / "t").returncode == 0
 
 
-@pytest.fixture(
-    params=["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law"))]
-)
-def unit_model(request, model):
-    """Return a plant, identified models of continuous and of sampled time, and a law."""
+def build(command, unit_model, name, folder):
+    """Build tests/fmu/NAME.c with the C files of a unit."""
+    from fmu.export import fmi_headers, host, write_sources
+    from fmu.kernel_object import ObjectTarget
+
+    target = ObjectTarget(host().triple, "x86-64" if host().name.startswith("x86") else "generic")
+    sources = write_sources(unit_model, {"kernels": target}, folder)
+    shutil.copy(Path(__file__).with_name(f"{name}.c"), folder)
+    objects = [file.name for file in folder.glob("*.o")]
+    words = [*command, "-I.", f"-I{fmi_headers()}", *sources, f"{name}.c", *objects, "-o", name, "-lm"]
+    subprocess.run(words, cwd=folder, check=True)
+
+
+def make_unit(kind, plant):
+    """A plant, an identified model of continuous or of sampled time, or a law without or with a clock."""
     from fmu.linear_units import LawUnit, LinearUnit
 
-    if request.param == "plant":
-        return model
-    if request.param == "law":
-        return LawUnit(scheduled_law())
-    return LinearUnit(make_lpv("2" if request.param == "linear" else "blackbox"), "bearing", 300.0, 5e5)
+    if kind == "plant":
+        return plant
+    if kind in ("law", "clocked"):
+        return LawUnit(scheduled_law(), clocked=kind == "clocked")
+    return LinearUnit(make_lpv("2" if kind == "linear" else "blackbox"), "bearing", 300.0, 5e5)
+
+
+KINDS = ["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law"))]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
 @pytest.mark.parametrize("driver", ["driver", "state_machine"])
-def test_a_driver_finishes_and_the_sanitisers_find_nothing(gcc, unit_model, tmp_path, driver):
-    from fmu.export import fmi_headers, host, write_sources
-    from fmu.kernel_object import ObjectTarget
-
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_driver_finishes_and_the_sanitisers_find_nothing(gcc, model, tmp_path, kind, driver):
     if not has_sanitisers(gcc, tmp_path):
         pytest.skip("gcc has no sanitisers here")
-    target = ObjectTarget(host().triple, "x86-64" if host().name.startswith("x86") else "generic")
-    sources = write_sources(unit_model, {"kernels": target}, tmp_path)
-    program = f"{driver}.c"
-    (tmp_path / program).write_bytes(Path(__file__).with_name(program).read_bytes())
-    subprocess.run(
-        [gcc, *FLAGS, "-I.", f"-I{fmi_headers()}", *sources, program, *(o.name for o in tmp_path.glob("*.o")),
-         "-o", driver, "-lm"],
-        cwd=tmp_path,
-        check=True,
-    )  # fmt: skip
+    build([gcc, *FLAGS], make_unit(kind, model), driver, tmp_path)
     done = run(tmp_path / driver)
     assert done.returncode == 0, done.stdout[-1000:] + done.stderr[-3000:]
     assert done.stdout.splitlines()[-1] == "clean" and not done.stderr
+
+
+RUNS = 3_000
+"""Random masters of a unit."""
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
+@pytest.mark.parametrize("kind", ["plant", "linear", "sampled", "law", "clocked"])
+def test_random_masters_find_nothing(model, tmp_path, kind):
+    """Coverage-guided: libFuzzer chooses the calls, references and values that reach more of the C files."""
+    clang = shutil.which("clang")
+    if not clang:
+        pytest.skip("clang is not installed")
+    options = ["-g", "-O1", "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
+    build([clang, "-std=c11", *options], make_unit(kind, model), "fuzz", tmp_path)
+    words = [tmp_path / "fuzz", f"-runs={RUNS}", "-seed=1", "-max_len=600", "-len_control=0", "-rss_limit_mb=4096"]
+    done = subprocess.run(words, capture_output=True, text=True, preexec_fn=at_fixed_addresses)
+    assert done.returncode == 0, done.stderr[-4000:]
+    assert f"Done {RUNS} runs" in done.stderr

@@ -91,3 +91,37 @@ def test_addresses_of_this_process_stay_out_of_a_unit():
 def test_a_unit_file_ends_in_fmu():
     assert file_names(Path("fm"), [3]) == {3: Path("fm.fmu")}
     assert file_names(Path("a.b"), [2, 3]) == {2: Path("a.b_fmi2.fmu"), 3: Path("a.b_fmi3.fmu")}
+
+
+@pytest.mark.parametrize("kind", ["plant", "law", "linear"])
+def test_the_addresses_for_calibration_tools_are_where_the_values_lie(files, kind, gcc, tmp_path):
+    """Each address of the A2L file, read in an instance's memory, has the value that FMI gives."""
+    import ctypes
+    import re
+    import zipfile
+
+    from law_models import scheduled_law
+    from lpv_models import make_lpv
+
+    from fmu.export import choose, export
+    from fmu.importer import ImportedUnit
+    from fmu.linear_units import LawUnit, LinearUnit
+
+    unit = LawUnit(scheduled_law()) if kind == "law" else LinearUnit(make_lpv("2"), "bearing", 300.0, 5e5)
+    file = files[3] if kind == "plant" else export(unit, tmp_path / "unit.fmu", (3,), choose("host"))[3]
+    with zipfile.ZipFile(file) as archive:
+        text = archive.read(next(name for name in archive.namelist() if name.endswith(".a2l"))).decode()
+    rows = re.findall(r'/begin (\w+) (\S+) "(?:[^"\\]|\\.)*" .*?(0x[0-9A-F]+)', text)
+    assert len(rows) == text.count("/begin MEASUREMENT") + text.count("/begin CHARACTERISTIC") >= 6
+    with ImportedUnit(file) as loaded:
+        instance = loaded.instance()
+        instance.initialise()
+        instance.step(0.0, 2e-4)
+        for _, name, place in rows:
+            value = ctypes.c_double.from_address(instance.slave.component + int(place, 16)).value
+            assert value == instance.get([name])[0], name
+        turned = {name: v for name, v in loaded.variables.items() if v.variability in ("tunable", "fixed")}
+        listed = {name for word, name, _ in rows if word == "CHARACTERISTIC" and not name.startswith("noise")}
+        inputs = {name for name, v in loaded.variables.items() if v.causality == "input"}
+        assert listed - inputs <= turned.keys() and inputs <= listed
+        instance.close()
