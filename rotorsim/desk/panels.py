@@ -422,6 +422,27 @@ def _films(case: DesignCase) -> Plain:
     }  # fmt: skip
 
 
+@panel("clearance", "Over the clearance of the films", slow=True)
+def _clearance(case: DesignCase) -> Plain:
+    if not case.swept:
+        return {"notes": ["No bearing of this machine has the clearance of a gas film."]}
+    found = case.clearances
+    heads, rows = found.table()
+    at, onset, _ = np.array(rows, float).T
+    ends, own = at[[0, -1]], np.full(2, case.speed)
+    best = [f"The {name} is highest, {one['value']:.4g} {one['unit'].removesuffix('1')}".strip()
+            + f", at {', '.join(one['at'].values())}." for name, one in found.best.items()]  # fmt: skip
+    return {
+        "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
+        "y": {"label": "onset of whirl [rpm]", "zero": True},
+        "curves": [_curve("onset of whirl", at, onset, 0), _curve("speed of the modes", ends, own, -1, dash=True)],
+        "heads": list(heads), "rows": [cells(row) for row in rows],
+        "notes": [" ".join(best) or "There is no result.",
+                  f"Damping at {case.speed:g} rpm. Without an onset no mode grows up to {2 * case.top:g} rpm, or the "
+                  "film does not carry."],
+    }  # fmt: skip
+
+
 @panel("slopes", "What moves the limits", slow=True)
 def _slopes(case: DesignCase) -> Plain:
     found, rows = case.slopes.sortby("reserve").isel(check=slice(NEAREST)), []
@@ -447,27 +468,6 @@ def _scatter(case: DesignCase) -> Plain:
         "rows": [cells(row) for row in rows],
         "notes": [f"{MACHINES} random machines. {case.changed} Each varies by itself, by up to "
                   f"{case.point.tolerance:g} %."],
-    }  # fmt: skip
-
-
-@panel("clearance", "Over the clearance of the films", slow=True)
-def _clearance(case: DesignCase) -> Plain:
-    if not case.swept:
-        return {"notes": ["No bearing of this machine has the clearance of a gas film."]}
-    found = case.clearances
-    heads, rows = found.table()
-    at, onset, _ = np.array(rows, float).T
-    ends, own = at[[0, -1]], np.full(2, case.speed)
-    best = [f"The {name} is highest, {one['value']:.4g} {one['unit'].removesuffix('1')}".strip()
-            + f", at {', '.join(one['at'].values())}." for name, one in found.best.items()]  # fmt: skip
-    return {
-        "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
-        "y": {"label": "onset of whirl [rpm]", "zero": True},
-        "curves": [_curve("onset of whirl", at, onset, 0), _curve("speed of the modes", ends, own, -1, dash=True)],
-        "heads": list(heads), "rows": [cells(row) for row in rows],
-        "notes": [" ".join(best) or "There is no result.",
-                  f"Damping at {case.speed:g} rpm. Without an onset no mode grows up to {2 * case.top:g} rpm, or the "
-                  "film does not carry."],
     }  # fmt: skip
 
 
