@@ -298,6 +298,13 @@ def start(path: Path) -> tuple[float, float]:
         return float(values["speed"]), float(values["pressure"])
 
 
+def offered(path: Path) -> dict[str, list[float]]:
+    """Values that a plant's unit offers, by paths of its machine."""
+    with opened(path) as files:
+        found = parse_json(files["resources/model.json"]).get("over", [])
+        return {str(path): [float(x) for x in values] for path, values in found}
+
+
 def stored(path: Path, name: str) -> tuple[list[str], list[list[float]]]:
     """Header and rows of a table of the unit's reference; empty where it has none."""
     with opened(path) as files:
