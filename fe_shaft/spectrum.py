@@ -254,11 +254,21 @@ def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: 
     if before is not None:
         return before
     small = pencil.size <= SMALL
-    known = everything(pencil) if small else _found(pencil, region, hints, seed)
+    known = everything(pencil) if small else _down_to(pencil, region) or _found(pencil, region, hints, seed)
     known = known.take(np.argsort(np.abs(known.values), kind="stable"))
     if known.proven:
         pencil.complete[EVERYWHERE if small else region] = known
     return known
+
+
+def _down_to(pencil: Pencil, region: Region) -> Modes | None:
+    """Modes known above a higher floor alone, where a count below that proves that none is missing; None else."""
+    for other, modes in pencil.complete.items():
+        if replace(other, floor=region.floor).covers(region):
+            below = replace(region, reach=other.floor)
+            if missing_in(below, modes.quotient or Quotient(pencil, modes.values)) == 0:
+                return modes
+    return None
 
 
 def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes | None) -> Modes:

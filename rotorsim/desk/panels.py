@@ -22,6 +22,7 @@ from rotorsim.analysis import (
     random_machines,
     reserve_slopes,
     static_deflection,
+    sweep,
     unbalance_response,
 )
 from rotorsim.analysis.campbell import modes_line, searched_line, top_speed
@@ -39,7 +40,7 @@ from rotorsim.report.page import cells
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.analysis import RandomResult
+    from rotorsim.analysis import RandomResult, SweepResult
     from rotorsim.plant.linearise import LinearPlant
 
 STEPS = 20
@@ -62,6 +63,10 @@ SCATTERED = ("criticals",)
 """Quantities of random machines."""
 MACHINES = 60
 """Random machines within the tolerance."""
+CLEARANCES = "-40 %:40 %:7"
+"""Clearances of films at which the onset of whirl and the damping are searched, around those of the machine."""
+MARGINS = ("onset", "damping")
+"""Quantities over the clearance."""
 VALUES = {
     "bearings": re.compile(r"bearings\.\d+\.(kxx|kyy|cxx|cyy|clearance|length)"),
     "discs": re.compile(r"discs\.\d+\.mass"),
@@ -219,6 +224,19 @@ class DesignCase:
         """Random machines."""
         vary = [f"{path}=+- {self.point.tolerance:g} %" for path in self.values]
         return random_machines(self.plant, vary, MACHINES, SCATTERED, pressure=self.pressure, highest=self.top * RPM)
+
+    @property
+    def swept(self) -> dict[str, str]:
+        """Clearances of the films, all together where they are one, else those of the first film; empty without any."""
+        paths = [path for path in self.stated["bearings"] if path.endswith("clearance")]
+        tables = parse(self.machine.text)
+        together = len({str(value_at(tables, path)) for path in paths}) == 1
+        return {("bearings.*.clearance" if together else path): CLEARANCES for path in paths[:1]}
+
+    @cached_property
+    def clearances(self) -> SweepResult:
+        """Onset of whirl, searched up to twice the top speed, and damping over the clearance of films."""
+        return sweep(self.plant, self.swept, MARGINS, self.speed * RPM, self.pressure, 2 * self.top * RPM)
 
     @cached_property
     def review(self) -> DesignReview:
@@ -404,6 +422,27 @@ def _films(case: DesignCase) -> Plain:
     }  # fmt: skip
 
 
+@panel("clearance", "Over the clearance of the films", slow=True)
+def _clearance(case: DesignCase) -> Plain:
+    if not case.swept:
+        return {"notes": ["No bearing of this machine has the clearance of a gas film."]}
+    found = case.clearances
+    heads, rows = found.table()
+    at, onset, _ = np.array(rows, float).T
+    ends, own = at[[0, -1]], np.full(2, case.speed)
+    best = [f"The {name} is highest, {one['value']:.4g} {one['unit'].removesuffix('1')}".strip()
+            + f", at {', '.join(one['at'].values())}." for name, one in found.best.items()]  # fmt: skip
+    return {
+        "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
+        "y": {"label": "onset of whirl [rpm]", "zero": True},
+        "curves": [_curve("onset of whirl", at, onset, 0), _curve("speed of the modes", ends, own, -1, dash=True)],
+        "heads": list(heads), "rows": [cells(row) for row in rows],
+        "notes": [" ".join(best) or "There is no result.",
+                  f"Damping at {case.speed:g} rpm. Without an onset no mode grows up to {2 * case.top:g} rpm, or the "
+                  "film does not carry."],
+    }  # fmt: skip
+
+
 @panel("slopes", "What moves the limits", slow=True)
 def _slopes(case: DesignCase) -> Plain:
     found, rows = case.slopes.sortby("reserve").isel(check=slice(NEAREST)), []
@@ -458,6 +497,10 @@ def as_python(case: DesignCase, machine: str) -> str:
     """Python script of the numbers of a case, of a machine by name or file."""
     supply = f", {case.pressure!r}" if case.pressure else ""
     speeds = ", ".join(f"{one:g}" if float(f"{one:g}") == one else repr(one) for one in case.response_speeds)
+    clearances = (
+        f"clearances = rs.analysis.sweep(plant, {case.swept!r}, {MARGINS!r}, {case.speed!r} * RPM, {case.pressure!r}, "
+        f"{2 * case.top!r} * RPM)\n"
+    )
     return (
         "import numpy as np\n\nimport rotorsim as rs\n\nRPM = np.pi / 30\n"
         f"plant = rs.Plant({machine!r})\n"
@@ -471,7 +514,7 @@ def as_python(case: DesignCase, machine: str) -> str:
         f"slopes = rs.analysis.reserve_slopes(plant, values, {case.pressure!r})\n"
         f"vary = [f'{{path}}=+- {case.point.tolerance:g} %' for path in values]\n"
         f"scatter = rs.analysis.random_machines(plant, vary, {MACHINES}, {SCATTERED!r}, pressure={case.pressure!r}, "
-        f"highest={case.top!r} * RPM)\n"
+        f"highest={case.top!r} * RPM)\n" + (clearances if case.swept else "")
     )
 
 

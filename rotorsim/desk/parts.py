@@ -19,8 +19,9 @@ GROUPS = {
     "injectors": "Injectors", "injection": "Injection", "actuators": "Actuators", "gas": "Gas", "drive": "Drive",
     "limits": "Limits", "grid": "Grid of the film", "solver": "Solver", "checked": "Checked range", "": "Machine",
 }  # fmt: skip
-"""Titles of groups of parts in their order, by the key of their list or table; those of `OPEN` are open at first."""
+"""Titles of groups of parts in their order, by the key of their list or table."""
 OPEN = ("shaft.sections", "discs", "bearings", "thrust_bearings", "probes")
+"""Groups that are open at first where they have a part or may get one."""
 NAMES = {
     "shaft.sections": "section", "discs": "disc", "bearings": "bearing", "thrust_bearings": "thrust bearing",
     "probes": "probe", "shaft.layers": "layer", "point_masses": "mass", "injectors": "injector",

@@ -83,6 +83,7 @@ class FilmStates:
 
     Such a state (a foil's deflection) has d w + R y = 0 in A, with d = J_ww + s S_ww, and Q is its column: the rest is
     J + s S - Q R / d, whose real and imaginary parts `both` holds as J - i Q R, one pattern by columns for the two.
+    `alone` are the J_ww.
     """
 
     kept: np.ndarray
@@ -90,6 +91,7 @@ class FilmStates:
     Q: Any
     R: Any
     both: Any
+    alone: np.ndarray
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -119,7 +121,7 @@ def film_states(film: LinearFilm) -> FilmStates:
     order = np.argsort(splu(dominant.tocsc(), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).perm_c)
     kept, both = kept[order], both[order][:, order].tocsc()
     both.sort_indices()
-    return FilmStates(kept, put_in, J[kept][:, put_in], J[put_in][:, kept], both)
+    return FilmStates(kept, put_in, J[kept][:, put_in], J[put_in][:, kept], both, J.diagonal()[put_in])
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,10 +138,13 @@ class FilmFactor:
         if trans == "H":
             return self.solve(b.conj(), "T").conj()
         kept, put_in, Q, R = self.states.kept, self.states.put_in, self.states.Q, self.states.R
+        x = np.empty_like(b, self.d.dtype)
+        if not len(put_in):
+            x[kept] = self.lu.solve(b[kept].astype(x.dtype, order="C", casting="same_kind"), trans)
+            return x
         if trans == "T":
             Q, R = R.T, Q.T
         d = self.d if b.ndim == 1 else self.d[:, None]
-        x = np.empty_like(b, self.d.dtype)
         x[kept] = self.lu.solve((b[kept] - Q @ (b[put_in] / d)).astype(x.dtype, order="C", casting="same_kind"), trans)
         x[put_in] = (b[put_in] - R @ x[kept]) / d
         return x
@@ -183,11 +188,13 @@ class FilmResponse:
         """The film's answer at s [rad/s], not kept."""
         film, states = self.film, self._known[0]
         s = 0.0 if s == 0 else complex(s)
-        d = film.J.diagonal()[states.put_in] + s * film.S[states.put_in]
-        by = np.zeros(len(states.kept), d.dtype)
-        by[states.R.indices] = 1 / d
+        d = states.alone + s * film.S[states.put_in]
         both = states.both.data
-        data = both.real + both.imag * by[states.columns]
+        data = both.real.astype(d.dtype)
+        if len(d):
+            by = np.zeros(len(states.kept), d.dtype)
+            by[states.R.indices] = 1 / d
+            data += both.imag * by[states.columns]
         positive = both.real[states.diagonal] + s * film.S[states.kept]
         data[states.diagonal] += s * film.S[states.kept]
         A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)

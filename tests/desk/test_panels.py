@@ -13,7 +13,17 @@ from rotorsim.analysis.campbell import top_speed
 from rotorsim.analysis.design_review import MISSED
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.desk import open_design
-from rotorsim.desk.panels import MOST_VALUES, PANELS, DesignCase, DeskPoint, answer, as_commands, as_python, point_of
+from rotorsim.desk.panels import (
+    CLEARANCES,
+    MOST_VALUES,
+    PANELS,
+    DesignCase,
+    DeskPoint,
+    answer,
+    as_commands,
+    as_python,
+    point_of,
+)
 from rotorsim.desk.server import answer_of
 from rotorsim.machine import machine_text
 from rotorsim.report.design import answered, tables
@@ -154,6 +164,24 @@ def test_panels_of_films_and_of_the_undamped_map_have_pythons_numbers(name):
     assert [one["y"] for one in undamped["curves"] if one["colour"] >= 0] == pytest.approx(
         (review.undamped["wn"].values * 30 / np.pi).tolist(), rel=1e-6
     )
+
+
+def test_the_panel_over_the_clearance_has_the_onsets_of_a_search_with_that_clearance_alone():
+    case = DesignCase(rs.load_machine("rigid_rotor_self_acting"), DeskPoint(top=6000.0))
+    found = answer(case, "clearance")
+    assert len(found["rows"]) == 7 and case.swept == {"bearings.*.clearance": CLEARANCES}
+    first = case.machine.replace("bearings.*.clearance", f"{0.6 * 12!r} um")
+    onset = rs.analysis.whirl_onset(rs.Plant(first), [0.0], 12000 * np.pi / 30)["onset_speed"].item() * 30 / np.pi
+    assert float(found["rows"][0][1]) == pytest.approx(onset, rel=1e-3)
+    best = max(found["rows"], key=lambda row: float(row[1]))
+    assert float(best[1]) > 1.05 * float(found["rows"][3][1])
+    assert f"at {float(best[0]):g} um" in found["notes"][0]
+
+
+def test_clearances_that_differ_are_those_of_the_first_film_alone():
+    machine = rs.load_machine("rigid_rotor_self_acting").replace("bearings.1.clearance", "13 um")
+    assert DesignCase(machine).swept == {"bearings.0.clearance": CLEARANCES}
+    assert DesignCase(rs.load_machine("plain_rotor")).swept == {}
 
 
 def test_slopes_of_the_permissible_unbalance_are_those_of_its_closed_form():

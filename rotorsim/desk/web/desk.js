@@ -297,7 +297,7 @@ export default {
       return part.fields.filter((one) => one.set || open || this.wrong(one.path) || this.refused[one.path]);
     },
     isOpen(group) {
-      return this.opened[group.key] ?? (group.open && group.parts.length > 0);
+      return this.opened[group.key] ?? (group.open && group.parts.length + group.add.length > 0);
     },
     choose(path) {
       this.chosen = path;

@@ -28,7 +28,9 @@ def test_a_page_that_is_not_seen_asks_for_nothing_and_the_plant_runs_on(page):
     page.evaluate("window.requestAnimationFrame = () => 0")
     asked = page.evaluate("window.rotorsimFrames")
     then = page.evaluate("fetch('frame').then(r => r.json())")["time"]
-    until(page, lambda now: now["time"] > then + 1, asked=lambda page: page.evaluate("fetch('frame').then(r => r.json())"))
+    until(
+        page, lambda now: now["time"] > then + 1, asked=lambda page: page.evaluate("fetch('frame').then(r => r.json())")
+    )
     assert page.evaluate("window.rotorsimFrames") <= asked + 1
 
 
