@@ -232,6 +232,7 @@ class KernelLibrary(JITCodeLibrary):
     """
 
     LEVEL, LOOPS = 2, True
+    _linking_libraries: list[Any]
 
     def finalize(self) -> None:
         """Link all functions that are called, each once, and make machine code of them."""
