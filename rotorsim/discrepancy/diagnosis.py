@@ -954,8 +954,7 @@ class DiagnosisRun:
                        nominal=nominal if self.laws is None else None,  # laws are of the calibrated point
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
-        # a law is of the calibrated point; no damping at all is believed, but may be the work of a seal
-        if self.laws is None and strained(base, natural=0.0):
+        if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
             # its sensitivities are of that point already
