@@ -178,8 +178,9 @@ def size(element: ShaftElement) -> int:
     return 12 if element.internal else 8
 
 
+@lru_cache(maxsize=4096)
 def stiffness_matrix(element: ShaftElement) -> Matrix:
-    """Stiffness (8, 8) or (12, 12) [N/m, N, N m] of bending, shear and tension."""
+    """Stiffness (8, 8) or (12, 12) [N/m, N, N m] of bending, shear and tension; not to be written into."""
     plane = _elastic(element)
     if element.axial_force:
         _, shape = _parts(element)
@@ -221,8 +222,12 @@ def torque_matrix(element: ShaftElement) -> Matrix:
     return K
 
 
+@lru_cache(maxsize=4096)
 def mass_matrix(element: ShaftElement) -> Matrix:
-    """Consistent mass (8, 8) or (12, 12) [kg, kg m, kg m2]: translation, and rotary inertia if the element has it."""
+    """Consistent mass (8, 8) or (12, 12) [kg, kg m, kg m2]: translation, and rotary inertia if the element has it.
+
+    Not to be written into.
+    """
     cut, shape = _parts(element)
     plane = element.L * _gram(shape.v, cut.mass)
     if element.rotary_inertia:
@@ -230,8 +235,9 @@ def mass_matrix(element: ShaftElement) -> Matrix:
     return _both_planes(plane)
 
 
+@lru_cache(maxsize=4096)
 def gyroscopic_matrix(element: ShaftElement) -> Matrix:
-    """Gyroscopic matrix, skew-symmetric, [kg, kg m, kg m2], to be multiplied by the speed [rad/s]."""
+    """Gyroscopic matrix, skew-symmetric, [kg, kg m, kg m2], by the speed [rad/s]; not to be written into."""
     G = np.zeros((size(element), size(element)))
     if element.gyroscopic:
         cut, shape = _parts(element)
@@ -240,7 +246,7 @@ def gyroscopic_matrix(element: ShaftElement) -> Matrix:
         coupling = 2 * element.L * _gram(shape.theta, cut.inertia) * _FLIP[: len(x)]
         G[np.ix_(x, y)] = coupling
         G[np.ix_(y, x)] = -coupling.T
-    return G
+    return _fixed(G)
 
 
 def circulatory_matrix(element: ShaftElement) -> Matrix:
@@ -286,7 +292,12 @@ def _both_planes(plane: Matrix) -> Matrix:
     full = np.zeros((2 * n, 2 * n))
     full[np.ix_(X_PLANE[:n], X_PLANE[:n])] = plane
     full[np.ix_(Y_PLANE[:n], Y_PLANE[:n])] = plane * np.outer(_FLIP[:n], _FLIP[:n])
-    return full
+    return _fixed(full)
+
+
+def _fixed(matrix: Matrix) -> Matrix:
+    matrix.flags.writeable = False
+    return matrix
 
 
 def _gram(values: Matrix, weight: Matrix) -> Matrix:

@@ -49,19 +49,28 @@ DEPTH, WIDTH = 14, 2
 
 def everything(pencil: Pencil) -> Modes:
     """All modes of a small pencil that are not below the real axis: none is missing."""
-    eye = np.eye(pencil.size)
-    S, J = pencil.times_S(eye), pencil.times_J(eye)
-    values, left, right = eig(np.linalg.solve(S, J), left=True, check_finite=False)
+    S = pencil.times_S(np.eye(pencil.size))
+    values, left, right = eig(_state_matrix(pencil, S), left=True, check_finite=False)
     keep = values.imag >= 0
-    left = np.linalg.solve(S.T, left[:, keep])
-    return Modes(values[keep], right[:, keep], _paired_nearby(pencil, values[keep], right[:, keep], left), 0.0)
+    values, right, left = values[keep], right[:, keep], left[:, keep]
+    left = left / np.diag(S)[:, None] if _diagonal(S) else np.linalg.solve(S.T, left)
+    return Modes(values, right, _paired_nearby(pencil, values, right, left), 0.0)
 
 
 def without_vectors(pencil: Pencil) -> Modes:
     """Eigenvalues of a small pencil that are not below the real axis, at a third of the cost: none is missing."""
-    eye = np.eye(pencil.size)
-    values = np.linalg.eigvals(np.linalg.solve(pencil.times_S(eye), pencil.times_J(eye))).astype(complex)
+    values = np.linalg.eigvals(_state_matrix(pencil, pencil.times_S(np.eye(pencil.size)))).astype(complex)
     return replace(nothing(pencil.size), values=values[values.imag >= 0], missing=0.0)
+
+
+def _state_matrix(pencil: Pencil, S: Vector) -> Vector:
+    """S^-1 J (n, n)."""
+    J = pencil.times_J(np.eye(pencil.size))
+    return J / np.diag(S)[:, None] if _diagonal(S) else np.linalg.solve(S, J)
+
+
+def _diagonal(S: Vector) -> bool:
+    return bool(np.count_nonzero(S) == len(S))
 
 
 def around(pencil: Pencil, shift: complex) -> Modes:

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,7 @@ def check(path: Path, duration: float = 1.0) -> Iterator[Check]:
             jobs.append(lambda: iter([compare(unit, model, n, model.sample, name)]))
             text = f"the same in steps of {1e3 * step:g} ms"
             jobs.append(lambda: iter([compare(unit, model, max(n // 10, 20), step, text)]))
+            jobs.append(lambda: _offered(unit, model, max(n // 10, 20)))
         elif isinstance(model, LinearUnit):
             jobs.append(lambda: linear_checks(unit, model, n))
         elif isinstance(model, LawUnit):
@@ -88,7 +90,8 @@ def model_of(path: Path) -> Unit:
     """Source of a unit (machine file, model or law), read from the unit."""
     kind = importer.holds(path)
     if kind == "plant":
-        return plant_unit(Plant(Machine.from_text(importer.machine_text(path))), *importer.start(path))
+        plant = Plant(Machine.from_text(importer.machine_text(path)))
+        return plant_unit(plant, *importer.start(path), importer.offered(path))
     with importer.opened(path) as files, workspace() as folder:
         file = folder / f"{kind}.json"  # a name of ours: that in the unit may be any path
         file.write_bytes(files[f"resources/{kind}.json"])
@@ -114,11 +117,27 @@ def _standard(path: Path, unit: importer.ImportedUnit) -> Iterator[Check]:
         yield Check(name, f"{len(found)} problems{'' if not found else ': ' + found[0][:80]}", not found)
 
 
-def compare(unit: importer.ImportedUnit, model: PlantUnit, n: int, step: float, name: str) -> Check:
+def _offered(unit: importer.ImportedUnit, model: PlantUnit, n: int) -> Iterator[Check]:
+    """Every machine that the unit offers besides its own."""
+    chosen = product(*(one.values for one in model.choices))
+    for values, variant in list(zip(chosen, model.variants, strict=True))[1:]:
+        start = {one.name: value for one, value in zip(model.choices, values, strict=True)}
+        name = "with " + ", ".join(f"{key} = {value:.6g}" for key, value in start.items())
+        yield compare(unit, variant, n, model.sample, name, start)
+
+
+def compare(
+    unit: importer.ImportedUnit,
+    model: PlantUnit,
+    n: int,
+    step: float,
+    name: str,
+    start: Mapping[str, float] | None = None,
+) -> Check:
     """A run-up with steps and a hit in unit and plant."""
     inputs = importer.reference_inputs(model, n, step)
     truth = plant_outputs(model, inputs, step)
-    rows = run(unit, inputs, step, list(truth))
+    rows = run(unit, inputs, step, list(truth), start)
     worst, same = 0.0, True
     for k, (values, good) in enumerate(truth.values()):
         same = same and np.array_equal(values[good], rows[good, k])
@@ -133,10 +152,16 @@ def deviation(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.abs(a - b).max(initial=0.0) / max(np.abs(a).max(initial=0.0), 1e-300))
 
 
-def run(unit: importer.ImportedUnit, inputs: Mapping[str, np.ndarray], step: float, outputs: list[str]) -> np.ndarray:
-    """A run of a fresh instance from its start values."""
+def run(
+    unit: importer.ImportedUnit,
+    inputs: Mapping[str, np.ndarray],
+    step: float,
+    outputs: list[str],
+    start: Mapping[str, float] | None = None,
+) -> np.ndarray:
+    """A run of a fresh instance from its start values, or from others."""
     instance = unit.instance()
-    instance.initialise()
+    instance.initialise(start)
     rows = instance.run(inputs, step, outputs)
     instance.close()
     return rows

@@ -22,8 +22,9 @@ from fmu.importer import Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
 from fmu.law_code import write_law
 from fmu.linear_units import LawUnit, LinearUnit
-from fmu.model import PlantUnit, Unit, check_name, header, identifier, source
+from fmu.model import PlantUnit, Unit, as_identifier, check_name, header, identifier, source
 from fmu.sources import SHARED, build_description, list_sources, source_files
+from fmu.turned import Over
 from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.files import write_text
@@ -41,8 +42,10 @@ START = (0.0, 0.3e6)
 """Speed [rad/s] and gauge pressure [Pa] at which a plant starts unless another is asked for."""
 
 
-def plant_unit(plant: Plant, speed: float | None = None, pressure: float | None = None) -> PlantUnit:
-    """A plant that starts at a speed [rad/s] and gauge pressure [Pa], by default `START`.
+def plant_unit(
+    plant: Plant, speed: float | None = None, pressure: float | None = None, over: Over | None = None
+) -> PlantUnit:
+    """A plant that starts at a speed [rad/s] and gauge pressure [Pa], by default `START`, with values that it offers.
 
     Raises DataError beyond the machine's limits, and for a pressure where gas is supplied to no film.
     """
@@ -57,7 +60,8 @@ def plant_unit(plant: Plant, speed: float | None = None, pressure: float | None 
     limit, why = speed_limit(plant.machine)
     if abs(speed) > limit:
         raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
-    return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0)
+    offered = tuple((path, tuple(values)) for path, values in (over or {}).items())
+    return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0, over=offered)
 
 
 def bounded(plant: Plant) -> Plant:
@@ -349,12 +353,14 @@ def code_names(out: Path) -> tuple[Path, Path]:
 
 
 def export_code(unit: LawUnit, out: Path, precision: str = "float64") -> tuple[Path, Path]:
-    """Write a law as C99 without FMI, a header and a source named after the law, and return where they are.
+    """Write a law as C99 without FMI, a header and a source, and return where they are.
 
-    Raises DataError for a precision that the law cannot have, and where the files cannot be written.
+    Names in C begin with the chosen name, else with that of the files. Raises DataError for a precision that the law
+    cannot have, and where the files cannot be written.
     """
     paths = code_names(out)
-    texts = write_law(unit.law, identifier(unit), paths[0].stem, precision)
+    name = unit.chosen_name or as_identifier(paths[0].stem)
+    texts = write_law(unit.law, name, paths[0].stem, precision)
     for path, content in zip(paths, texts, strict=True):
         check_place(path)
         write_text(path, content)

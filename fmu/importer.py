@@ -295,6 +295,7 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
         "parameters": causalities.count("parameter"),
         "reference": "yes" if any(n.endswith("/out.csv") for n in files) else "no",
         "sources": "yes" if any(n.startswith("sources/") for n in files) else "no",
+        **({"work a step": f"{data['corrections']} corrections at most"} if data.get("corrections") else {}),
         **({"needs": f"glibc {glibc} or later"} if glibc else {}),
     }
 
@@ -316,6 +317,13 @@ def start(path: Path) -> tuple[float, float]:
     with opened(path) as files:
         values = parse_json(files["resources/model.json"])["start"]
         return float(values["speed"]), float(values["pressure"])
+
+
+def offered(path: Path) -> dict[str, list[float]]:
+    """Values that a plant's unit offers, by paths of its machine."""
+    with opened(path) as files:
+        found = parse_json(files["resources/model.json"]).get("over", [])
+        return {str(path): [float(x) for x in values] for path, values in found}
 
 
 def stored(path: Path, name: str) -> tuple[list[str], list[list[float]]]:

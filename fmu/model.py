@@ -10,17 +10,17 @@ import re
 import struct
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import PackageNotFoundError, version
-from itertools import groupby
+from itertools import chain, groupby, product
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from fmu.turned import Turned, turned_numbers
-from fmu.variables import ROW, UnitVariable, place, plant_variables
+from fmu.turned import Choice, Turned, chosen_machines, read_choices, turned_numbers
+from fmu.variables import ROW, UnitVariable, place, plant_variables, with_choices
 from reynolds.grid import cells
 from reynolds.newton import FACTORISATIONS, ITERATIONS, LEFT, OVERRUNS, PRICE
 from reynolds.workspace import FILM_DTYPE
@@ -53,13 +53,19 @@ DEFINES = {
     "N_PRESSURE": 0,
     "N_TURNED": 0,
     "N_ENTRIES": 0,
+    "N_VARIANTS": 1,
+    "N_CHOICES": 0,
+    "N_CHOSEN": 0,
     "GUARDED": 0,
     "CLOCKED": 0,
 }
 """Sizes of a unit that does not state them."""
 ARRAYS = {
-    "double initial_parameters[N_P]": ("0.0",),
-    "int64_t indices[N_IX]": ("0",),
+    "double initial_parameters[N_VARIANTS * N_P]": ("0.0",),
+    "int64_t indices[N_VARIANTS * N_IX]": ("0",),
+    "Variant variants[N_VARIANTS]": ("{0}",),
+    "Choice choices[N_CHOICES + 1]": ("{0}",),
+    "double chosen[N_CHOSEN + 1]": ("0.0",),
     "int32_t pressure_nodes[N_PRESSURE + 1][2]": ("{0, 0}",),
     "Entries entries[N_ENTRIES + 1]": ("{0}",),
     "Operation operations[]": ("{0}",),
@@ -164,12 +170,16 @@ def numbers(values: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class PlantUnit(Unit):
-    """A plant to be exported, at rest at `speed` [rad/s] and gauge `pressure` [Pa] when it starts."""
+    """A plant to be exported, at rest at `speed` [rad/s] and gauge `pressure` [Pa] when it starts.
+
+    `over` are paths of its machine with the values that the unit offers.
+    """
 
     plant: Plant
     speed: float
     pressure: float
     chosen_name: str = ""
+    over: tuple[tuple[str, tuple[float | str, ...]], ...] = ()
     core = ("plant.c",)
     continuous = False
 
@@ -194,19 +204,51 @@ class PlantUnit(Unit):
         return self.plant.assembly
 
     @cached_property
+    def choices(self) -> tuple[Choice, ...]:
+        """Numbers of the machine that are chosen from lists before it starts."""
+        return read_choices(self.assembly, dict(self.over))
+
+    @cached_property
+    def variants(self) -> tuple["PlantUnit", ...]:
+        """Units of the machines of all choices, its own first; raises DataError where one needs other kernels."""
+        if not self.over:
+            return (self,)
+        own = replace(self, over=())
+        machines = chosen_machines(self.plant.machine, self.choices)
+        found = (own, *(replace(own, plant=Plant(machine)) for machine in machines[1:]))
+        for one in found:
+            same = one.assembly.module.__name__ == own.assembly.module.__name__
+            if not same or one.fixed != own.fixed:
+                raise DataError(
+                    "over: a machine of these values has kernels, or limits of a run, of its own; export it by itself"
+                )
+        return found
+
+    @cached_property
     def turned(self) -> tuple[Turned, ...]:
-        """Numbers of the machine that can be set before it starts."""
-        return turned_numbers(self.assembly)
+        """Numbers of the machine that can be set before it starts, within the limits of all variants."""
+        if not self.over:
+            return turned_numbers(self.assembly)
+        others = [{one.name: one for one in variant.turned} for variant in self.variants]
+        found = []
+        for one in self.variants[0].turned:
+            if all(one.name in other for other in others):
+                low, high = max(o[one.name].low for o in others), min(o[one.name].high for o in others)
+                found.append(replace(one, low=low, high=high))
+        return tuple(found)
 
     @cached_property
     def variables(self) -> tuple[UnitVariable, ...]:
         """The table of variables."""
-        return plant_variables(self.assembly, self.speed, self.pressure, self.turned)
+        found = plant_variables(self.assembly, self.speed, self.pressure, self.turned)
+        return with_choices(found, self.choices, [one.variables for one in self.variants[1:]])
 
     @cached_property
     def hash(self) -> str:
         """Hash of machine, kernels and variables that identifies this model."""
-        return fingerprint(self.plant.machine.text, self.assembly.module.__name__, software(), repr(self.variables))
+        return fingerprint(
+            self.plant.machine.text, self.assembly.module.__name__, software(), repr((self.variables, self.choices))
+        )
 
     @property
     def modules(self) -> list[str]:
@@ -214,7 +256,26 @@ class PlantUnit(Unit):
         return sorted({type(e).__module__ for es in self.plant.machine.effects.values() for e in es})
 
     def defines(self) -> dict[str, object]:
-        """Sizes and offsets of workspace, parameters and columns, and what ends a run."""
+        """Sizes and offsets of workspace, parameters and columns, what ends a run, and sizes of what can be set."""
+        each = self._turned_in_each
+        return self.fixed | {
+            "N_RUNS": sum(len(runs(one.assembly.w)) for one in self.variants),
+            "N_TURNED": len(self.turned) + len(self.choices),
+            "N_ENTRIES": sum(len(one.entries) for turned in each for one in turned),
+            "N_VARIANTS": len(self.variants),
+            "N_CHOICES": len(self.choices),
+            "N_CHOSEN": sum(len(one.values) for one in self.choices),
+        }
+
+    @property
+    def _turned_in_each(self) -> list[list[Turned]]:
+        """The numbers that can be set, as each variant computes what follows from them."""
+        found = [{one.name: one for one in variant.turned} for variant in self.variants]
+        return [[own[one.name] for one in self.turned] for own in found]
+
+    @property
+    def fixed(self) -> dict[str, object]:
+        """Sizes and offsets of workspace, parameters and columns, and what ends a run: the same for all variants."""
         a = self.assembly
         at = {v.name: v.index for v in self.variables if v.store == "input"}
         memory = a.film.convergence
@@ -231,7 +292,6 @@ class PlantUnit(Unit):
             "N_W": a.w.size,
             "N_IX": a.ix.size,
             "N_INJ": a.film.n_inj,
-            "N_RUNS": len(runs(a.w)),
             "N_PRESSURE": len(pressure_nodes(a)),
             "INPUT_PLACES": "{" + ", ".join(str(at.get(name, -1)) for name in ROW) + "}",
             "DRIVE_ON": at["drive.on"],
@@ -244,19 +304,21 @@ class PlantUnit(Unit):
             "P_CLEARANCE": place(a, "film_0", "clearance"),
             "N_FILMS": len(a.films),
             "FILM_RECORD": FILM_DTYPE.itemsize // 8,
-            "N_TURNED": len(self.turned),
-            "N_ENTRIES": sum(len(one.entries) for one in self.turned),
         } | _ends(a, [one.name for one in self.turned])
 
     def arrays(self) -> dict[str, Iterable[str]]:
         """Workspace at the start, parameters, indices and the film's cells."""
-        a = self.assembly
+        each = [one.assembly for one in self.variants]
+        nodes, filled = (*pressure_nodes(each[0]), (0, 0)), [runs(a.w) for a in each]
+        begins = np.cumsum([0, *map(len, filled)])
         return {
-            "Run initial_runs[N_RUNS]": (f"{{{n}, {x.hex()}}}" for n, x in runs(a.w)),
-            "double initial_parameters[N_P]": (float(x).hex() for x in a.numbers),
-            "int64_t indices[N_IX]": map(str, a.ix),
-            "int32_t pressure_nodes[N_PRESSURE + 1][2]": (f"{{{i}, {j}}}" for i, j in (*pressure_nodes(a), (0, 0))),
-        } | _turned_arrays(self.turned)
+            "Run initial_runs[N_RUNS]": (f"{{{n}, {x.hex()}}}" for own in filled for n, x in own),
+            "double initial_parameters[N_VARIANTS * N_P]": (float(x).hex() for a in each for x in a.numbers),
+            "int64_t indices[N_VARIANTS * N_IX]": (str(i) for a in each for i in a.ix),
+            "int32_t pressure_nodes[N_PRESSURE + 1][2]": (f"{{{i}, {j}}}" for i, j in nodes),
+            **_turned_arrays(self._turned_in_each, begins),
+            **_choice_arrays(self.choices, len(self.turned)),
+        }
 
 
 def _outputs(a: Assembly) -> int:
@@ -264,18 +326,40 @@ def _outputs(a: Assembly) -> int:
     return a.columns + EXTRA_COLUMNS + (0 if a.machine.solver.corrections is None else WORK_COLUMNS)
 
 
-def _turned_arrays(turned: tuple[Turned, ...]) -> dict[str, Iterable[str]]:
-    """Entries that follow from what can be set, and the operations of all their formulas, each formula once."""
-    formulas = list(dict.fromkeys(e.formula for one in turned for e in one.entries))
+def _turned_arrays(each: Sequence[Sequence[Turned]], begins: np.ndarray) -> dict[str, Iterable[str]]:
+    """Entries that follow from what can be set, variant by variant; operations of all formulas, each formula once.
+
+    `begins` are the first runs of the variants.
+    """
+    formulas = list(dict.fromkeys(e.formula for turned in each for one in turned for e in one.entries))
     ends = np.cumsum([0, *map(len, formulas)])
     first = dict(zip(formulas, ends, strict=False))
     rows = [
-        f"{{{k}, {int(e.in_record)}, {int(e.least)}, {e.place}, {e.count}, {first[e.formula]}, {len(e.formula)}}}"
-        for k, one in enumerate(turned)
-        for e in one.entries
+        [
+            f"{{{k}, {int(e.in_record)}, {int(e.least)}, {e.place}, {e.count}, {first[e.formula]}, {len(e.formula)}}}"
+            for k, one in enumerate(turned)
+            for e in one.entries
+        ]
+        for turned in each
     ]
     steps = [f"{{{operation}, {constant.hex()}}}" for formula in formulas for operation, constant in formula]
-    return {"Entries entries[N_ENTRIES + 1]": [*rows, "{0}"], "Operation operations[]": [*steps, "{0}"]}
+    places = zip(begins, np.cumsum([0, *map(len, rows)]), rows, strict=False)
+    return {
+        "Entries entries[N_ENTRIES + 1]": [*chain(*rows), "{0}"],
+        "Operation operations[]": [*steps, "{0}"],
+        "Variant variants[N_VARIANTS]": [f"{{{run}, {entry}, {len(own)}}}" for run, entry, own in places],
+    }
+
+
+def _choice_arrays(choices: Sequence[Choice], turned: int) -> dict[str, Iterable[str]]:
+    """Numbers that are chosen from lists, behind so many others that can be set, and the lists."""
+    values = [value for one in choices for value in one.values]
+    firsts = np.cumsum([0, *(len(one.values) for one in choices)])
+    rows = [f"{{{turned + k}, {firsts[k]}, {len(one.values)}}}" for k, one in enumerate(choices)]
+    return {
+        "Choice choices[N_CHOICES + 1]": [*rows, "{0}"],
+        "double chosen[N_CHOSEN + 1]": [float(value).hex() for value in (*values, 0.0)],
+    }
 
 
 def _ends(a: Assembly, turned: Sequence[str]) -> dict[str, Any]:
@@ -322,14 +406,17 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
     Raises DataError for a simulation of another machine.
     """
     a, own = unit.assembly, simulation.assembly
-    if own.machine.hash != a.machine.hash or simulation.w.size != a.w.size:
+    hashes = [one.plant.machine.hash for one in unit.variants]
+    if own.machine.hash not in hashes or simulation.w.size != a.w.size:
         raise DataError(f"simulation: is of {own.machine.name}, another machine than that of the unit; start its own")
     w, rig = simulation.w, a.rig
     places = [rig.command, rig.supply, rig.held_x, rig.held_y, a.rotor.disc_fx, a.rotor.disc_fy]
     inputs = dict(zip(ROW, w[places], strict=True))
     inputs["injection.pressure"] -= a.machine.gas.ambient_pressure
+    inputs["drive.on"] = float(not simulation.coasts)
     values = [inputs.get(v.name, v.start or 0.0) for v in unit.variables if v.store == "input"]
-    turned = [one.value for one in unit.turned]
+    chosen = list(product(*(one.values for one in unit.choices)))[hashes.index(own.machine.hash)]
+    turned = [*(one.value for one in unit.turned), *chosen]
     held = np.concatenate([values, np.zeros(_outputs(a)), a.numbers, turned, [0.0]])
     numbers = [0.0, np.inf, w[rig.seed]]
     content = struct.pack("<q3d4q", 0, *numbers, STEPPING, 0, 0, 0) + held.tobytes() + w.tobytes()
@@ -340,8 +427,13 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
 
 
 def identifier(unit: Unit) -> str:
-    """The C identifier that names a unit's libraries: its name, with an underscore for what an identifier has not."""
-    found = re.sub(r"[^A-Za-z0-9_]+", "_", unit.unit_name).strip("_") or "unit"
+    """The C identifier that names a unit's libraries."""
+    return as_identifier(unit.unit_name)
+
+
+def as_identifier(name: str) -> str:
+    """A name as a C identifier, with an underscore for what an identifier has not."""
+    found = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "unit"
     return (found if found[0].isalpha() else f"unit_{found}")[:LONGEST_NAME]
 
 

@@ -1,5 +1,8 @@
 """Numbers of a machine that can be set before a unit starts: clearance, ambient pressure, temperature, discharge.
 
+Others change the modes of the shaft or the weights of a grid, which no chain reproduces: the mass of a disc, the place
+of a probe, the length of a film. The unit offers `Choice`s of these, with what the assembly of each machine fills.
+
 A unit holds what `assemble` fills, the workspace and the parameter record; such a number stands in few of their
 entries. Each of these follows from it by a chain of operations in the order of the assembly, so that it has the same
 bits. Machines with other values are assembled to see which entries change: a number with an entry that no chain
@@ -7,18 +10,22 @@ reproduces there to the last bit, or that changes more than entries, stays fixed
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
 from reynolds.injector import Injector as Nozzle, unit_coefficients
-from rotorsim.base.errors import MachineFileError
-from rotorsim.base.quantity import Quantity, quantity_of
+from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.quantity import Quantity, quantities, quantity_of
+from rotorsim.base.units import parse
+from rotorsim.effects import Effect
 from rotorsim.effects.film.gas_heating import sutherland
 from rotorsim.machine.gas_film import FREEZING, GASES, Gas, GasFilm, Injection, Orifices
 from rotorsim.machine.limits import hottest, speed_limit
 from rotorsim.machine.part import Part
+from rotorsim.machine.plausibility import range_of
 from rotorsim.machine.schema import Machine
 from rotorsim.plant.assemble import Assembly, assemble
 
@@ -37,6 +44,8 @@ FACTORS = (0.77, 0.93, 1.0, 1.09, 1.31)
 """Values, over that of the machine, with which formulas are compared."""
 HALVINGS = 30
 """Halvings in the search for the last value that a machine takes."""
+MOST_MACHINES = 64
+"""Machines that one unit holds, at most."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +83,16 @@ def turned_numbers(a: Assembly) -> tuple[Turned, ...]:
         assert quantity is not None
         entries = _entries(a, path, value, quantity, [(), *formulas])
         if entries is not None:
-            low, high = (_reach(a.machine, path, value, bound) for bound in quantity.bounds)
+            low, high = (_reach(a.machine, path, value, bound) for bound in _usual(path, quantity, value))
             found.append(Turned(name, quantity, value, low, high, entries))
     return tuple(_with_tolerance(a, found))
+
+
+def _usual(path: str, quantity: Quantity, value: float) -> tuple[float, float]:
+    """Bounds of a number as far as such values are usual, or it has one beyond."""
+    low, high = quantity.bounds
+    known = range_of(path, quantity.unit)
+    return (low, high) if known is None else (max(low, min(known.low, value)), min(high, max(known.high, value)))
 
 
 def _with_tolerance(a: Assembly, found: list[Turned]) -> Iterator[Turned]:
@@ -213,3 +229,92 @@ def _reach(machine: Machine, path: str, good: float, bound: float) -> float:
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A number that a unit takes from a list: path, name in the unit, declaration, values [SI], first its own."""
+
+    path: str
+    name: str
+    quantity: Quantity
+    values: tuple[float, ...]
+
+
+Over = Mapping[str, Sequence[float | str]]
+"""Values, in SI or as text with units, by paths of the machine."""
+
+
+def read_choices(a: Assembly, over: Over) -> tuple[Choice, ...]:
+    """Numbers of a machine that a unit offers; raises DataError for a path without a number, and for too many machines.
+
+    The machine's own value is added where it is not among the values.
+    """
+    found = []
+    for path, values in over.items():
+        name, owner, field = _named(a.machine, path)
+        quantity = None if owner is None else _declaration(owner, field)
+        own = None if quantity is None else getattr(owner, field)
+        if own is None and field == "position" and isinstance(owner, Effect):
+            own = a.mesh.place(owner)
+        if quantity is None or own is None:
+            raise DataError(f"over: {path} leads to no number of {a.machine.name}; write e.g. 'discs.0.mass'")
+        others = [parse(x, quantity.unit) if isinstance(x, str) else float(x) for x in values]
+        found.append(Choice(path, name, quantity, tuple(dict.fromkeys([float(own), *others]))))
+    count = math.prod(len(one.values) for one in found)
+    if count > MOST_MACHINES:
+        raise DataError(f"over: {count} machines are above the limit of {MOST_MACHINES}; offer fewer values")
+    return tuple(found)
+
+
+def chosen_machines(machine: Machine, choices: Sequence[Choice]) -> list[Machine]:
+    """The machines of all choices, the last one varying first, the machine itself at the beginning."""
+    found = []
+    for numbers in product(*(range(len(one.values)) for one in choices)):
+        changes = {one.path: one.values[k] for one, k in zip(choices, numbers, strict=True) if k}
+        found.append(machine.with_(changes) if changes else machine)
+    return found
+
+
+def _declaration(owner: object, field: str) -> Quantity | None:
+    """Declaration of a field of a part or effect."""
+    if isinstance(owner, Effect):
+        return quantities(owner).get(field)
+    known = type(owner).model_fields.get(field) if isinstance(owner, Part) else None
+    return None if known is None else quantity_of(known)
+
+
+def _named(machine: Machine, path: str) -> tuple[str, object, str]:
+    """Name in the unit of what is at a path of a machine, the part or effect that has it (or None), and its field."""
+    *above, field = path.split(".")
+    here: object = machine
+    words: list[str] = []
+    for key in above:
+        if isinstance(here, Mapping):
+            here = here.get(key, ())
+            words.append(key)
+            continue
+        if isinstance(here, tuple) and not key.isdecimal():
+            return path, None, field
+        if isinstance(here, tuple):
+            number = int(key)
+            here = here[number] if number < len(here) else None
+            words[-1:] = [_item(machine, words[-1], number)]
+            continue
+        here = getattr(here, key, None)
+        words.append(key)
+    if isinstance(here, tuple):  # an effect without its number
+        here = here[0] if len(here) == 1 else None
+    return ".".join([*words, field]), here, field
+
+
+def _item(machine: Machine, kind: str, number: int) -> str:
+    """Name of an entry of a list, counted from 1; a film by its number, a probe by its name, an effect if several."""
+    if kind == "bearings" and number in machine.film_bearings:
+        place = machine.film_bearings.index(number)
+        return f"bearing_{place + 1}" if place else "bearing"
+    if kind == "probes" and number < len(machine.probes):
+        return f"probes.{machine.probes[number].name}"
+    if len(machine.effects.get(kind, ())) == 1:
+        return kind
+    return f"{kind}[{number + 1}]"

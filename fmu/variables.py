@@ -19,8 +19,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu.turned import FACTORS, Turned
+from fmu.turned import FACTORS, Choice, Turned
 from identification.records.schema import warm_bodies
+from rotorsim.base.errors import DataError
 from rotorsim.base.quantity import UNLIMITED, Quantity, quantities, quantity_of
 from rotorsim.base.units import TABLE, TO_RPM, dimension
 from rotorsim.effects import Effect
@@ -123,6 +124,40 @@ def plant_variables(
     )  # fmt: skip
     known = {v.name for v in found}
     return (*found, *(v for v in _constants(a) if v.name not in known))
+
+
+def with_choices(
+    found: Sequence[UnitVariable], choices: Sequence[Choice], others: Sequence[Sequence[UnitVariable]]
+) -> tuple[UnitVariable, ...]:
+    """The variables of a plant with what is chosen from lists, and limits that hold for the machines of all choices.
+
+    `others` are the variables of these machines. Raises DataError for what can be set without a list, and for a start
+    beyond the limits of one of the machines.
+    """
+    tables = [{v.name: v for v in table} for table in others]
+    known = {v.name: _narrowest(v, [table[v.name] for table in tables if v.name in table]) for v in found}
+    first = sum(v.store == "turned" for v in found)
+    for k, one in enumerate(choices, first):
+        held = known.get(one.name)
+        if held is not None and held.store != "constant":
+            raise DataError(f"over: the unit has {one.name} as a parameter already; leave {one.path} out")
+        bounds = min(one.values), max(one.values)
+        known[one.name] = replace(_parameter(one.name, one.quantity, k, one.values[0], False, bounds), store="turned")
+    for v in known.values():
+        if v.store == "input" and v.start is not None and not v.low <= v.start <= v.high:
+            raise DataError(f"over: a machine takes {v.name} up to {v.high:g} {v.unit} and starts at {v.start:g}")
+    return tuple(known.values())
+
+
+def _narrowest(v: UnitVariable, others: Sequence[UnitVariable]) -> UnitVariable:
+    """A variable within the limits of all."""
+    for one in others:
+        low, high = max(v.low, one.low), min(v.high, one.high)
+        checked = max(v.checked[0], one.checked[0]), min(v.checked[1], one.checked[1])
+        why = one.why if high < v.high or low > v.low else v.why
+        beyond = one.beyond if checked != v.checked else v.beyond
+        v = replace(v, low=low, high=high, checked=checked, why=why, beyond=beyond)
+    return v
 
 
 def _inputs(a: Assembly, speed: float, pressure: float) -> Iterator[UnitVariable]:

@@ -6,10 +6,10 @@ The stage's equations are the film's residual, the plena (eliminated analyticall
 
 where A = I, B = W (compliance of the rotor over a stage) in time, A = K, B = I for a static shaft and B = 0 for a
 journal held in place. The film's ring is bordered by one unknown per injector (its change of flow) and the two of the
-journal. Several films on one rotor are corrected each by itself (`read_ring`, `finish_correction`); their borders meet
-in one small system. Rows are scaled by (h_0/h)^3 against the frozen thickness h_0 and the unknown is q = p^2: the
-film's stiffness in these variables hardly depends on where the journal is, so one factorisation lasts for hundreds of
-steps.
+journal. Several films on one rotor are corrected each by itself (`read_correction`, `finish_correction`); the forces
+that are left of their borders without the injectors meet in one small system. Rows are scaled by (h_0/h)^3 against the
+frozen thickness h_0 and the unknown is q = p^2: the film's stiffness in these
+variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
 
 Cites: golub_2013, kelley_1998.
 """
@@ -193,9 +193,12 @@ def journal_rows(w, L):
 
 
 @inlined
-def eliminate_small(w, matrix, x, n):
-    """Solve the column-major n x n system in place for x; the small system is near the unit matrix: no pivoting."""
-    for c in range(n):
+def eliminate_small(w, matrix, x, n, number):
+    """Eliminate the first `number` unknowns of the column-major n x n system in place: all n leave the solution in x.
+
+    The small system is near the unit matrix: no pivoting.
+    """
+    for c in range(number):
         pivot = 1.0 / w[matrix + c * n + c]
         w[x + c] *= pivot
         for a in range(n):
@@ -255,7 +258,7 @@ def solve_borders(w, ix, L):
         w[o + ni + row] = (
             w[L.journal_rhs + row] - w[a] * w[L.journal] - w[a + 1] * w[L.journal + 1] + w[b] * fx + w[b + 1] * fy
         )
-    eliminate_small(w, L.small_matrix, o, nb)
+    eliminate_small(w, L.small_matrix, o, nb, nb)
     for a in range(nb):
         w[L.small + a] = w[o + a]
 
@@ -402,23 +405,38 @@ def begin_correction(w, ix, F, L, U, iadt, careful):
 
 
 @inlined
-def read_correction(w, ix, L):
-    """Share of a film in the common system of several films: its rows, its flows and its force.
+def force_rows(w, L):
+    """Rows of the border system for the film force, in place of those for the journal."""
+    nb = L.n_border
+    for c in range(nb):
+        for axis in range(2):
+            w[L.small_matrix + c * nb + L.n_inj + axis] = -w[L.border_force + 2 * c + axis]
 
-    Expects the residual in r and leaves the ring's solution there, the rows of its injectors in w[small_matrix] and the
-    right-hand side in w[small + n_border], with the film force [N] where the journal's rows begin.
+
+@inlined
+def read_correction(w, ix, L):
+    """Share of a film in the common system of several films: its force as the journal moves, its injectors eliminated.
+
+    Expects the residual in r and leaves the ring's solution there. In w[small_matrix], column by column, and in
+    w[small + n_border] stand the rows of the flows and of the force [N] for the journal's displacement.
     """
     wide_vectors()
     solve_ring(w, L)
     flow_rows(w, ix, L)
+    force_rows(w, L)
     fx, fy = read_ring(w, ix, L)
-    o = L.small + L.n_border + L.n_inj
-    w[o], w[o + 1] = fx, fy
+    x = L.small + L.n_border
+    w[x + L.n_inj], w[x + L.n_inj + 1] = fx, fy
+    eliminate_small(w, L.small_matrix, x, L.n_border, L.n_inj)
 
 
 @inlined
 def finish_correction(w, ix, F, L):
-    """Apply the changes of flows and journal in w[small]; returns the size of the correction as `update` does."""
+    """Apply the journal's change in w[small] and those that follow; returns the correction's size as `update` does."""
     wide_vectors()
+    nb, x, y = L.n_border, L.small_matrix + L.n_inj * L.n_border, L.small_matrix + (L.n_inj + 1) * L.n_border
+    dx, dy = w[L.small + L.n_inj], w[L.small + L.n_inj + 1]
+    for i in range(L.n_inj):
+        w[L.small + i] = w[L.small + nb + i] - (w[x + i] * dx + w[y + i] * dy)
     add_borders(w, L)
     return update(w, ix, F, L)

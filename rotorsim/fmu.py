@@ -14,6 +14,7 @@ from fmu import check as _check, export as _export, importer as _importer, ssp a
 from fmu.export import choose
 from fmu.linear_units import LawUnit
 from fmu.model import PlantUnit, state_of
+from fmu.turned import Over
 from identification import LpvModel
 from rotorsim.base.errors import DataError
 from rotorsim.base.public import named
@@ -32,12 +33,16 @@ Subject = Plant | Machine | LpvModel | Law | str | Path
 __all__ = ["check", "export", "info", "law_code", "state", "system"]
 
 
-def unit_of(subject: Subject, speed: float | None, pressure: float | None) -> PlantUnit | LinearUnit | LawUnit:
+def unit_of(
+    subject: Subject, speed: float | None, pressure: float | None, over: Over | None = None
+) -> PlantUnit | LinearUnit | LawUnit:
     """Unit of a plant, a machine, a model or a law; raises DataError for anything else."""
     if isinstance(subject, Machine) or (isinstance(subject, (str, Path)) and Path(subject).suffix not in MODEL_FILES):
         subject = Plant(subject)
     if isinstance(subject, Plant):
-        return _export.plant_unit(subject, speed, pressure)
+        return _export.plant_unit(subject, speed, pressure, over)
+    if over:
+        raise DataError("over: is for the values of a machine; a law and an identified model have none")
     if isinstance(subject, Law):
         return _export.law_unit(subject, speed, pressure)
     if isinstance(subject, (LpvModel, str, Path)):
@@ -58,6 +63,7 @@ def export(
     announce: Callable[[str], None] | None = None,
     name: str | None = None,
     source: bool = False,
+    over: Over | None = None,
     clocked: bool = False,
 ) -> dict[int, Path]:
     """Write a plant, an identified LPV model or a control law as .fmu files that run without Python.
@@ -83,6 +89,8 @@ def export(
         Name of the model and of its libraries, an identifier; by default that of the subject and of its kind.
     source : bool
         Put the unit's sources next to its binaries.
+    over : mapping, optional
+        Values that the unit offers, in SI or as text, by paths of the machine: {"discs.0.mass": [1.2, "1.8 kg"]}.
     clocked : bool
         A law that answers at the ticks of a periodic clock (FMI 3.0).
 
@@ -102,7 +110,7 @@ def export(
     'law.fmu'
     """
     chosen = _export.versions(",".join(map(str, fmi)))
-    unit = _export.named(unit_of(subject, speed, pressure), name)
+    unit = _export.named(unit_of(subject, speed, pressure, over), name)
     unit = _export.clocked(unit) if clocked else unit
     return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce, source)
 
@@ -113,7 +121,7 @@ def law_code(
     """Write a control law as C99 for a microcontroller, OUT.h and OUT.c, without FMI; returns both.
 
     In float64 it has the bits of `Law.step`; the header states the error of float32. Names in C begin with `name`, by
-    default that of the law. Raises DataError, LawError.
+    default that of the files. Raises DataError, LawError.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 % A law as C on a dSPACE board: an S-function of its source, built for the real-time interface of the board.
 %
-%   rotorsim fmu export --law hinf.json --c-only --name hinf_law --out hinf
+%   rotorsim fmu export --law hinf.json --c-only --out hinf
 %
 % The S-function calls two functions of a small file, which keeps the memory of the law and takes it by address.
 fid = fopen('hinf_block.h', 'w');
@@ -8,10 +8,10 @@ fprintf(fid, 'void hinf_block_start(void);\n');
 fprintf(fid, 'void hinf_block_step(double *measured, double speed, double pressure, double angle, double *reference);\n');
 fclose(fid);
 fid = fopen('hinf_block.c', 'w');
-fprintf(fid, '#include "hinf.h"\n#include "hinf_block.h"\n\nstatic hinf_law_memory law;\n\n');
-fprintf(fid, 'void hinf_block_start(void) { hinf_law_reset(&law); }\n\n');
+fprintf(fid, '#include "hinf.h"\n#include "hinf_block.h"\n\nstatic hinf_memory law;\n\n');
+fprintf(fid, 'void hinf_block_start(void) { hinf_reset(&law); }\n\n');
 fprintf(fid, 'void hinf_block_step(double *measured, double speed, double pressure, double angle, double *reference) {\n');
-fprintf(fid, '    hinf_law_step(&law, measured, speed, pressure, angle, reference);\n}\n');
+fprintf(fid, '    hinf_step(&law, measured, speed, pressure, angle, reference);\n}\n');
 fclose(fid);
 
 block = legacy_code('initialize');

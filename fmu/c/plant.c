@@ -29,10 +29,22 @@ static double formula(const Entries *e, double x) {
     return x;
 }
 
+/* Number of the machine that the values chosen from lists stand for. */
+static int32_t variant(const Unit *u) {
+    int32_t number = 0;
+    for (const Choice *c = choices; c < &choices[N_CHOICES]; c++) {
+        int32_t k = 0;
+        while (k + 1 < c->count && u->s.turned[c->turned] != chosen[c->first + k]) k++;
+        number = number * c->count + k;
+    }
+    return number;
+}
+
 /* What follows from the numbers set, in the workspace at the start or in the parameters. A parameter that was set itself
    keeps its value. */
 static void turn(Unit *u, bool in_record, double *target) {
-    for (const Entries *e = entries; e < &entries[N_ENTRIES]; e++) {
+    const Variant *own = &variants[variant(u)];
+    for (const Entries *e = &entries[own->first]; e < &entries[own->first + own->count]; e++) {
         if (e->in_record != in_record) continue;
         double x = formula(e, u->s.turned[e->turned]);
         for (int32_t k = e->place; k < e->place + e->count; k++)
@@ -41,7 +53,8 @@ static void turn(Unit *u, bool in_record, double *target) {
 }
 
 static void gather(Unit *u) {
-    memcpy(u->effective, u->s.parameters, sizeof u->effective);
+    const double *own = &initial_parameters[variant(u) * N_P], *set = u->s.parameters;
+    for (int k = 0; k < N_P; k++) u->effective[k] = set[k] == initial_parameters[k] ? own[k] : set[k];
     turn(u, true, u->effective);
 }
 
@@ -52,7 +65,7 @@ static int64_t serve(Unit *u, int64_t task, double inputs[6]) {
     void *error = NULL;
     State *s = &u->s;
     int32_t code = rotorsim_serve(&result, &error, task, ARRAY(s->w, N_W), ARRAY(u->initial, N_W),
-                                  ARRAY(indices, N_IX), u->effective, ARRAY(inputs, 6), ROW(s->outputs, N_OUT), STEPS);
+                                  ARRAY(&indices[variant(u) * N_IX], N_IX), u->effective, ARRAY(inputs, 6), ROW(s->outputs, N_OUT), STEPS);
     return code == 0 ? result : BROKEN;
 }
 
@@ -72,6 +85,7 @@ bool unit_initialise(Unit *u) {
     if (u->s.settled) return true;
     if (!unit_may_begin(u)) return false;
     gather(u);
+    unit_expand(u, &initial_runs[variants[variant(u)].run]);
     turn(u, false, u->initial);
     if (!hold_inputs(u, row)) return false;
     int64_t status = serve(u, SETTLE, row);

@@ -63,9 +63,10 @@ bool unit_count(Unit *u, const char *function, size_t given, size_t wanted) {
     return false;
 }
 
-static void expand_initial(double *w) {
-    for (int r = 0; r < N_RUNS; r++)
-        for (int32_t k = 0; k < initial_runs[r].count; k++) *w++ = initial_runs[r].value;
+/* Fill the workspace before any state with runs of equal values. */
+void unit_expand(Unit *u, const Run *first) {
+    for (double *w = u->initial; w < u->initial + N_W; first++)
+        for (int32_t k = 0; k < first->count; k++) *w++ = first->value;
 }
 
 void unit_reset(Unit *u) {
@@ -126,7 +127,7 @@ Unit *unit_create(const char *name, const char *token, bool logging, void *envir
         unit_free(u);
         return NULL;
     }
-    expand_initial(u->initial);
+    unit_expand(u, initial_runs);
     unit_reset(u);
     return u;
 }

@@ -52,6 +52,16 @@ typedef struct {
     int32_t place, count, first, n_operations;
 } Entries;
 
+/* A number that is chosen from a list: its place among those that can be set, and the list in `chosen`. */
+typedef struct {
+    int32_t turned, first, count;
+} Choice;
+
+/* A machine that the choices lead to: where its workspace begins in the runs, and which entries can be set. */
+typedef struct {
+    int32_t run, first, count;
+} Variant;
+
 /* Adds factor x theta[i] x theta[j] (theta[-1] = 1) to an element of [A B; C D]. */
 typedef struct {
     int32_t row, column, i, j;
@@ -60,8 +70,11 @@ typedef struct {
 
 extern const Variable variables[N_VARIABLES];
 extern const Run initial_runs[N_RUNS];
-extern const double initial_parameters[N_P];
-extern const int64_t indices[N_IX];
+extern const double initial_parameters[N_VARIANTS * N_P];
+extern const int64_t indices[N_VARIANTS * N_IX];
+extern const Variant variants[N_VARIANTS];
+extern const Choice choices[N_CHOICES + 1];
+extern const double chosen[N_CHOSEN + 1];
 extern const int32_t pressure_nodes[N_PRESSURE + 1][2];
 extern const Entries entries[N_ENTRIES + 1];
 extern const Operation operations[];
@@ -98,6 +111,7 @@ typedef struct Unit {
 Unit *unit_create(const char *name, const char *token, bool logging, void *environment, void *callback,
                   void (*log_message)(Unit *, Outcome, const char *, const char *));
 void unit_free(Unit *u);
+void unit_expand(Unit *u, const Run *first);
 void unit_reset(Unit *u);
 Outcome unit_tell(Unit *u, Outcome outcome, const char *category, const char *format, ...);
 Outcome unit_fail(Unit *u, Outcome outcome, const char *format, ...);

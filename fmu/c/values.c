@@ -57,6 +57,22 @@ static bool refuse(Unit *u, uint32_t reference, const char *text) {
     return false;
 }
 
+/* The value, or the nearest one of the list that it is chosen from; NAN after a sentence where none is near. */
+static double offered(Unit *u, uint32_t reference, double value) {
+    const Variable *v = &variables[reference];
+    const Choice *c = choices;
+    while (c < &choices[N_CHOICES] && (v->store != TURNED || c->turned != v->index)) c++;
+    if (c == &choices[N_CHOICES]) return value;
+    char text[400];
+    size_t n = (size_t)snprintf(text, sizeof text, "%s = %g %s: is not offered by this unit; give one of", v->name, value, v->unit);
+    for (const double *one = &chosen[c->first]; one < &chosen[c->first + c->count]; one++) {
+        if (fabs(value - *one) <= 1e-9 * fabs(*one)) return *one;
+        if (n < sizeof text) n += (size_t)snprintf(text + n, sizeof text - n, " %.9g", *one);
+    }
+    refuse(u, reference, text);
+    return NAN;
+}
+
 /* Whether a value fits its variable; if not, a sentence that keeps stopping the initialisation. */
 static bool fits(Unit *u, uint32_t reference, double value) {
     const Variable *v = &variables[reference];
@@ -89,7 +105,7 @@ bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
     if (v->store == INPUT) {
         u->s.inputs[v->index] = value; /* judged when it is used */
     } else {
-        if (!fits(u, reference, value)) return false;
+        if (!fits(u, reference, value) || isnan(value = offered(u, reference, value))) return false;
         if (v->store == SEED) u->s.seed = value;
         if (v->store == PARAMETER) u->s.parameters[v->index] = value;
         if (v->store == TURNED) u->s.turned[v->index] = value;

@@ -67,6 +67,8 @@ FIRST = 4
 """Modes of the rotor over which the region reaches, however low the speeds are."""
 OPPOSED = 0.25
 """Least antinode on the other side, over the largest one, for which a mode has two unbalances."""
+STIFFNESSES = 30
+"""Stiffnesses of the critical speed map, evenly in their logarithm."""
 LINE = 81
 """Points of a deflected line besides the nodes."""
 SAME_PLANE = 0.08
@@ -596,7 +598,8 @@ def _responses(
     speeds = np.unique(np.round([*nodes, *np.linspace(0, last, RESPONSES + 1)[1:], *more], 6))
     speeds = speeds[(speeds > 0) & (speeds <= last)]
     rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
-    major = np.full((len(cases), len(speeds), len(places)), np.nan)
+    loads = np.column_stack([_load(plant, case) for case in cases])
+    q = np.full((len(speeds), *loads.shape), np.nan, complex)
     for k, speed in enumerate(speeds.tolist()):
         model = nodes.get(speed)
         try:
@@ -605,10 +608,10 @@ def _responses(
             continue
         with one_thread():
             D = model.dynamic_stiffness(1j * speed)
-            q = np.linalg.solve(D, np.column_stack([_force(plant, c, speed, len(D)) for c in cases]))
-        x = np.einsum("paj,jc->cpa", rows, q[: rows.shape[2]])
-        size = half_axes(x[..., 0], x[..., 1])[0]
-        major[:, k] = np.where(size > ROUNDED * size.max(axis=1, keepdims=True), size, 0.0)
+            q[k] = np.linalg.solve(D, np.pad(speed**2 * loads, ((0, len(D) - len(loads)), (0, 0))))[: len(loads)]
+    x, y = (rows[:, axis] @ q for axis in range(2))
+    size = half_axes(x, y)[0]
+    major = np.where(size > ROUNDED * size.max(axis=1, keepdims=True), size, 0.0 * size).transpose(2, 0, 1)
     known = [(node.at, damping_of(found, node)) for node in found.followed.nodes if node.pencil is not None]
     zeta = np.interp(speeds, *np.array(known).T) if known else np.full(len(speeds), np.nan)
     return xr.Dataset(
@@ -617,14 +620,13 @@ def _responses(
     )
 
 
-def _force(plant: Plant, case: UnbalanceCase, speed: float, size: int) -> np.ndarray:
-    """Modal force (size,) of the unbalances of a case at a speed [rad/s]."""
-    force = np.zeros(size, complex)
-    for one in case.unbalances:
-        shape = plant.assembly.mesh.influence(one)
-        pull = one.me * speed**2 * np.exp(1j * one.phase)
-        force[: shape.shape[1]] += pull * (shape.T @ np.array([1, -1j]))
-    return force
+def _load(plant: Plant, case: UnbalanceCase) -> np.ndarray:
+    """Modal force (m,) of the unbalances of a case over the square of the speed [kg m]."""
+    pulls = [
+        one.me * np.exp(1j * one.phase) * (plant.assembly.mesh.influence(one).T @ np.array([1, -1j]))
+        for one in case.unbalances
+    ]
+    return np.asarray(np.sum(pulls, axis=0))
 
 
 def _with_peaks(
@@ -773,7 +775,7 @@ def _map(plant: Plant, found: ModesOverSpeed) -> tuple[xr.Dataset | None, str, x
     positive = values[values > 0]
     middle = (float(positive.min()), float(positive.max())) if positive.size else (1e6, 1e7)
     try:
-        return critical_speed_map(plant, (middle[0] / 30, middle[1] * 30)), "", stiffness
+        return critical_speed_map(plant, (middle[0] / 30, middle[1] * 30), STIFFNESSES), "", stiffness
     except RotorsimError as error:
         return None, str(error), stiffness
 

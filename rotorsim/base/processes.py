@@ -22,6 +22,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from functools import lru_cache
 from multiprocessing import spawn
 from pathlib import Path
@@ -263,6 +264,10 @@ def _result(call: bytes) -> bytes:
         return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
 
 
+_LIMITED = ContextVar("limited", default=False)
+"""Whether linear algebra has one thread here already."""
+
+
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
     import scipy.linalg  # noqa: F401 - brings its library, which must be loaded to be found
@@ -273,9 +278,19 @@ def _libraries() -> ThreadpoolController:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Context, or decorator, of one thread of linear algebra: for small matrices several only wait for each other."""
-    with _libraries().limit(limits=1):
+    """Context, or decorator, of one thread of linear algebra: for small matrices several only wait for each other.
+
+    Within another one it does nothing: to set the limit costs more than to solve a small system.
+    """
+    if _LIMITED.get():
         yield
+        return
+    before = _LIMITED.set(True)
+    try:
+        with _libraries().limit(limits=1):
+            yield
+    finally:
+        _LIMITED.reset(before)
 
 
 if __name__ == "__main__":

@@ -407,15 +407,16 @@ class Stages:
         self.printed = self.begin
 
     def show(self, stage: str) -> None:
-        """Note one step of a stage."""
+        """Note one step of a stage, with the most steps where the stage has a number of them."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         now = time.monotonic()
         elapsed, number = now - self.begin, list(STAGES).index(stage) + 1
         text = f"{STAGES[stage]} ({number} of {len(STAGES)})"
+        most = f" of at most {limit}" if (limit := getattr(stage, "most", 0)) else ""
         if not on_terminal():
             if stage not in self.seen or now - self.printed > QUIET:
-                more = f": step {self.steps}, {elapsed:.0f} s" if stage in self.seen else ""
+                more = f": step {self.steps}{most}, {elapsed:.0f} s" if stage in self.seen else ""
                 print(f"{text}{more}", file=sys.stderr, flush=True)
                 self.printed = now
             self.seen.add(stage)
@@ -423,7 +424,7 @@ class Stages:
         if new and elapsed > 0.5:
             end_line()
         bar = "#" * number + "." * (len(STAGES) - number)
-        line(f"[{bar}] {text}: step {self.steps}, {elapsed:.0f} s")
+        line(f"[{bar}] {text}: step {self.steps}{most}, {elapsed:.0f} s")
 
 
 @dataclass

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from rotorsim.analysis.axes import read_field
 from rotorsim.base.errors import DataError
 from rotorsim.commands.options import AsJson, MachineName, PlantOptions, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
@@ -17,6 +18,7 @@ from rotorsim.commands.results import files
 if TYPE_CHECKING:
     from fmu.linear_units import LawUnit, LinearUnit
     from fmu.model import PlantUnit
+    from fmu.turned import Over
     from rotorsim.plant import Plant
 
 VERDICTS = {True: "pass", False: "FAIL", None: "info"}
@@ -87,6 +89,10 @@ def export(
         str | None,
         typer.Option(help="Name of the model and its libraries.", show_default="that of the subject and of its kind"),
     ] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(help="Values of the machine that it offers: 'discs.0.mass=1.2 kg, 1.8 kg'; may be repeated."),
+    ] = None,
     clocked: Annotated[
         bool, typer.Option("--clocked", help="A law that answers at the ticks of a periodic clock (FMI 3.0).")
     ] = False,
@@ -99,9 +105,9 @@ def export(
     if law is not None and model != "plant":
         raise DataError("--law and --model: a unit holds one of them; give one")
     of_plant = law is None and model == "plant"
-    if not of_plant and settings != PlantOptions():
+    if not of_plant and (settings != PlantOptions() or over):
         raise DataError(
-            "--grid, --time-step and --set: change the plant, not a law or an identified model; leave them out"
+            "--grid, --time-step, --set and --over: change the plant, not a law or an identified model; leave them out"
         )
     if real_time and not of_plant:
         raise DataError("--real-time: bounds the steps of a plant; a law and an identified model have none to bound")
@@ -117,7 +123,8 @@ def export(
     out = out or Path("rotor.fmu")
     chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
-        made = _unit_of(bounded(plant) if plant and real_time else plant, law, Path(model), start)
+        offered = {field.path: field.values for field in map(read_field, over or ())}
+        made = _unit_of(bounded(plant) if plant and real_time else plant, law, Path(model), start, offered)
         announce = partial(typer.echo, err=True)
         made = ticking(made) if clocked else made
         paths = write(named(made, name), out, chosen, platforms, unit.cpu, announce, source)
@@ -146,7 +153,11 @@ def _write_code(law: Path, name: str | None, out: Path | None, precision: str, f
 
 
 def _unit_of(
-    plant: Plant | None, law: Path | None, model: Path, start: tuple[float | None, float | None]
+    plant: Plant | None,
+    law: Path | None,
+    model: Path,
+    start: tuple[float | None, float | None],
+    over: Over,
 ) -> PlantUnit | LinearUnit | LawUnit:
     """Unit of a law, else of a plant, else of an identified model; whether it extrapolates is printed."""
     from fmu.export import law_unit, linear_unit, plant_unit
@@ -154,7 +165,7 @@ def _unit_of(
     if law is not None:
         return law_unit(law, *start)
     if plant is not None:
-        return plant_unit(plant, *start)
+        return plant_unit(plant, *start, over)
     unit = linear_unit(model, *start)
     if unit.extrapolates:
         typer.echo(f"{model}: starts outside the speeds and pressures it was identified at; it extrapolates", err=True)

@@ -15,12 +15,14 @@ from math import pi
 from pathlib import Path
 from typing import Any
 
+from fe_shaft.shaft import COEFFICIENTS
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import write_text
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import advised, show, split
 from rotorsim.machine import machine_text, shipped_machines
 from rotorsim.machine.file_text import (
+    entries,
     parse,
     read_text,
     value_at,
@@ -30,12 +32,15 @@ from rotorsim.machine.file_text import (
     with_values,
     without,
 )
+from rotorsim.machine.rotor_import import points_of
 from rotorsim.machine.schema import Machine, leaves
 
 UNSAVED = ".edits"
 """Ending of the file, next to that of the machine, that holds edits which are not saved."""
 BOM = "\ufeff"
 """Byte order mark that some editors write before the text."""
+TABULAR = ("linear", "table")
+"""Kinds of bearings that take the table of a file."""
 SHIFT = 0.05
 """Distance of a copied part from the first one, over the shaft's length."""
 
@@ -126,6 +131,26 @@ class Design:
 
         self._edit(make, path, "split")
         return f"{above}.{int(number) + 1}"
+
+    def tabulate(self, path: str, name: str, content: str) -> None:
+        """Give a bearing without a film the table of a CSV file, in place of its coefficients."""
+        table = value_at(self.tables, path)
+        if not path.startswith("bearings.") or not isinstance(table, Mapping) or table.get("kind") not in TABULAR:
+            way = f"takes no table; choose a bearing of kind {' or '.join(TABULAR)}"
+            raise RefusedError(f"{path[:80]}: {way}", argument=path, value=name)
+        try:
+            points = points_of(content, name)
+        except MachineFileError as error:
+            raise RefusedError(str(error), argument=path, value=name) from error
+        rows = [{key: show(value, spec.unit) for key, value, spec, _ in entries(point) if spec} for point in points]
+
+        def make() -> str:
+            text = self.text
+            for key in [*COEFFICIENTS, "points"]:
+                text = without(text, f"{path}.{key}") if key in table else text
+            return with_values(text, {f"{path}.kind": "table", f"{path}.points": rows})
+
+        self._edit(make, path, name)
 
     def keep(self) -> None:
         """Keep the text as design A."""

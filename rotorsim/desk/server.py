@@ -29,7 +29,7 @@ from fastapi.responses import StreamingResponse
 from fe_shaft.rotor import is_saved_rotor
 from rotorsim.base.errors import DataError, MachineFileError, NotCarried, RotorsimError
 from rotorsim.base.files import make_folder
-from rotorsim.base.processes import Child, ProcessDiedError
+from rotorsim.base.processes import Child, ProcessDiedError, one_thread
 from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
 from rotorsim.desk.page import show_desk
 from rotorsim.desk.panels import (
@@ -209,6 +209,7 @@ ACTS: dict[str, Callable[[DesignDesk, Mapping[str, str]], Any]] = {
     "add": _edit(lambda design, v: design.add(v.get("kind", ""))),
     "split": _edit(lambda design, v: design.split(v.get("path", ""))),
     "mirror": _edit(lambda design, v: design.mirror(v.get("path", ""))),
+    "table": _edit(lambda design, v: design.tabulate(v.get("path", ""), v.get("name", ""), v.get("text", ""))),
     "keep": _edit(lambda design, v: design.keep()),
     "swap": _edit(lambda design, v: design.swap()),
     "forget": _edit(lambda design, v: design.forget()),
@@ -248,7 +249,8 @@ def case_of(text: str, point: DeskPoint) -> DesignCase:
 def answer_of(text: str, point: DeskPoint, name: str) -> dict[str, Any]:
     """A panel of a text, or the sentence why there is none."""
     try:
-        return answer(case_of(text, point), name)
+        with one_thread():
+            return answer(case_of(text, point), name)
     except (RotorsimError, ArithmeticError, ValueError) as error:
         return {"title": TITLES[name], "error": str(error)}
 

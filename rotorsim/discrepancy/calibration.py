@@ -68,6 +68,18 @@ Progress = Callable[[str], None]
 """Function of a stage's name, called with each step of the work."""
 
 
+class Stage(str):
+    """Name of a stage of the work, with the most steps that it takes where that is known, else 0."""
+
+    most: int
+
+    def __new__(cls, name: str, most: int = 0) -> Stage:
+        """The name as text, to which the number is added."""
+        stage = super().__new__(cls, name)
+        stage.most = most
+        return stage
+
+
 @dataclass(frozen=True)
 class FitParameter:
     """Fit parameter: key, finite-difference step, prior standard deviation, limits of the change."""

@@ -179,9 +179,8 @@ class TwinComparison:
 
     def key(self, point: ParameterPoint, twin: Twin, *more: Any) -> str:
         """Cache key of a response to the inputs of the trials by a twin at a point, and of `more`."""
-        plant = (twin.equipped[0].hash, twin.assembly.module.__name__)
         inputs = [(t.inputs, t.angle, t.lead) for t in self.trials]
-        return key_of(sources_hash(*SOURCES), *plant, inputs, *_numbers(point), *more)
+        return key_of(sources_hash(*SOURCES), *twin.plant_key, inputs, *_numbers(point), *more)
 
     def _joined(self, found: list[np.ndarray]) -> np.ndarray:
         return np.concatenate([t.vector(s) for t, s in zip(self.trials, found, strict=True)])
@@ -590,10 +589,9 @@ def table(comparison: TwinComparison, residual: np.ndarray) -> list[Misfit]:
     for i, trial in enumerate(comparison.trials):
         for c, channel in enumerate(trial.channels):
             for name in layout.groups:
-                own = layout.of(i, c, name)
-                n = int(own.sum())
-                if not n:
+                if (own := layout.numbers.get((i, c, name))) is None:
                     continue
+                n = len(own)
                 r, s = residual[own], comparison.sigma[own]
                 # lines weigh by their floors, so that what is beyond the floor is larger than it
                 low = float(np.mean(s**-2.0) ** -0.5)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -81,9 +82,13 @@ class DataLayout:
     drift: np.ndarray
     groups: tuple[str, ...]
 
-    def of(self, record: int, channel: int, group: str) -> np.ndarray:
-        """Which numbers (n,) are one group's."""
-        return (self.record == record) & (self.channel == channel) & (self.group == self.groups.index(group))
+    @cached_property
+    def numbers(self) -> dict[tuple[int, int, str], np.ndarray]:
+        """Positions in the data vector of each group that has any, by record, channel and name."""
+        found: dict[tuple[int, int, str], list[int]] = {}
+        for i, (record, channel, group) in enumerate(zip(self.record, self.channel, self.group, strict=True)):
+            found.setdefault((int(record), int(channel), self.groups[group]), []).append(i)
+        return {key: np.array(own) for key, own in found.items()}
 
 
 def make_layout(trials: list[Trial]) -> DataLayout:

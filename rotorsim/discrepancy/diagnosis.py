@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,8 @@ from rotorsim.discrepancy.calibration import (
     FitParameter,
     ParameterPoint,
     Progress,
+    Stage,
+    calibration,
     within,
 )
 from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
@@ -73,6 +75,7 @@ from rotorsim.discrepancy.fit import (
     far_places,
     finished,
     fit_parameters,
+    most_simulations,
     null_vectors,
     recalibrate,
     relinearised,
@@ -442,23 +445,24 @@ class DiagnosisRun:
         """All steps of the diagnosis in order."""
         self.progress("check")
         check_before(self.fitted, self.fitted.predict(ParameterPoint()))
-        self.progress("calibrate")
-        models = self.models
-        base = recalibrate(self.fitted, models.fine, self.tolerance, lambda: self.progress("calibrate"), models.law)
+        # resonances that a run-up passes are strongly nonlinear in what is calibrated
         sweeps = any(t.orders for t in self.fitted.trials)
+        repeats, enough = (SWEEP_REPEATS, 0.99) if sweeps else (MOST_REPEATS, 0.95)
+        step = self._steps("calibrate", most_simulations(calibration(self.fitted.twin), repeats))
+        step()
+        models = self.models
+        base = recalibrate(self.fitted, models.fine, self.tolerance, step, models.law)
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
         notes = [*self._notes_on_records(), *check_after(self.fitted, fitted)]
-        # resonances that a run-up passes are strongly nonlinear in what is calibrated
-        repeats, enough = (SWEEP_REPEATS, 0.99) if sweeps else (MOST_REPEATS, 0.95)
         for _ in range(repeats):
             if not flagged(table(self.fitted, base.residual)):
                 break
-            last, base = base.cost, relinearised(self.fitted, base, lambda: self.progress("calibrate"))
+            last, base = base.cost, relinearised(self.fitted, base, step)
             if base.cost > enough * last:
                 break
         if not self.force_held and flagged(table(self.fitted, base.residual)) and force_is_sampled(self.fitted, base):
             return self._with_held_force()
-        base = self._placed(base)
+        base = self._placed(base, step)
         beyond = strained(base)
         notes += [STRAINED.format(", ".join(beyond))] if beyond else []
         quiet = not flagged(table(self.fitted, base.residual))
@@ -507,9 +511,13 @@ class DiagnosisRun:
                   for f in table(part, part.residual(best.point))]  # fmt: skip
         return next(iter(accuracy_notes(accuracy, scatter, [*groups, *others], answered)), "")
 
-    def _placed(self, base: ParameterFit) -> ParameterFit:
+    def _steps(self, stage: str, most: int) -> Callable[[], None]:
+        """Progress of a stage by its steps, with their largest number."""
+        return partial(self.progress, Stage(stage, most))
+
+    def _placed(self, base: ParameterFit, step: Callable[[], None]) -> ParameterFit:
         """The calibration, or that with one bearing far off where it explains the records better; sets what is far."""
-        far = far_places(self.fitted, base, lambda: self.progress("calibrate")) or [("", base)]
+        far = far_places(self.fitted, base, step) or [("", base)]
         self.place = far[0][0] if len(far) == 1 else None
         self._set_far(far)
         return far[0][1]
@@ -931,9 +939,10 @@ class DiagnosisRun:
         raw: dict[str, np.ndarray] = {}
         usable: list[Form] = []
         origin, store = ParameterPoint(), self.fitted.stored
+        step = self._steps("screen", sum(1 + len(form.parameters) for form in self.forms))
         for form in self.forms:
-            self.progress("screen")
-            own = store.columns(origin.holding(form.fixed), form.parameters, lambda: self.progress("screen"))
+            step()
+            own = store.columns(origin.holding(form.fixed), form.parameters, step)
             if form.has_response(own):
                 usable.append(form)
                 raw[form.label] = own / self.fitted.sigma[:, None]
@@ -945,7 +954,8 @@ class DiagnosisRun:
                        nominal=nominal if self.laws is None else None,  # laws are of the calibrated point
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
-        if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal
+        # a law is of the calibrated point; no damping at all is believed, but may be the work of a seal
+        if self.laws is None and strained(base, natural=0.0):
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
             # its sensitivities are of that point already

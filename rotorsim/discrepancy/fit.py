@@ -51,6 +51,10 @@ from rotorsim.discrepancy.twin import Twin
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
 """Most steps of a fit, and damping from which on it ends."""
+FEW_STEPS = 3
+"""Most steps of a fit that is one of several."""
+LENGTHS = (1.0, 0.35, 0.35 * 0.35)
+"""Shares of a step that are tried."""
 ENOUGH = 1.0
 """Fall of the sum of squares in a step below which a fit ends (a thousandth of the sum at least)."""
 MOST_ROUNDS = 4
@@ -145,15 +149,13 @@ def fit_parameters(
             change = within(parameters, v + step_of(J, r, v, p, damping)) - v
         except NoAnswerError:
             break
-        share, done = 1.0, False
-        while share > 0.1:
+        for share in LENGTHS:
             there = point.moved(parameters, share * change)
             new = comparison.residual(there)
             if progress is not None:
                 progress()
             if (found := cost_of(new, v + share * change, p)) < cost:
                 break
-            share *= 0.35
         else:
             # no length of the step helps: turn it towards the steepest descent
             damping = max(1e3 * damping, 1e-3)
@@ -277,7 +279,9 @@ def recalibrate(
     start = nearest(comparison, parameters, progress)
     comparison.set_floor(start, None, max(tolerance, ROUGH))
     raw = comparison.stored.columns(start, parameters, progress)
-    rough = fit_parameters(comparison, start, parameters, raw / comparison.sigma[:, None], steps=3, progress=progress)
+    rough = fit_parameters(
+        comparison, start, parameters, raw / comparison.sigma[:, None], steps=FEW_STEPS, progress=progress
+    )
     rough = closer(comparison, rough, progress)
     first = comparison.sigma.copy()
     comparison.set_floor(rough.point, fine, tolerance, *(law or ()))
@@ -287,6 +291,15 @@ def recalibrate(
             parameters = (*parameters, parameter)
             J = np.column_stack([J, comparison.directions[parameter.key] / comparison.sigma])
     return fit_parameters(comparison, rough.point, parameters, J, progress=progress)
+
+
+def most_simulations(parameters: Sequence[FitParameter], repeats: int) -> int:
+    """Most simulations of a re-calibration, of as many `repeats` of it, and of `far_places`."""
+    columns = len({replace(k, trend="").name for k in parameters})
+    bearings = len({k.key.split(".")[1] for k in parameters if k.key.startswith("bearing.")})
+    few, many = columns + FEW_STEPS * len(LENGTHS), MOST_STEPS * len(LENGTHS)
+    begin = STEPS + 2 * FINER + few + MOST_REPEATS * (columns + many) + many
+    return begin + repeats * few + (1 + bearings) * (bearings > 1) * (2 * (many + few) + columns)
 
 
 def null_vectors(there: ParameterFit, parameters: Sequence[FitParameter]) -> list[dict[str, float]]:
@@ -331,7 +344,7 @@ def relinearised(
 ) -> ParameterFit:
     """Repeat a fit with the Jacobian at its own solution."""
     J = comparison.jacobian(base.point, base.parameters, progress=progress)
-    return fit_parameters(comparison, base.point, base.parameters, J, base.residual, steps=3, progress=progress)
+    return fit_parameters(comparison, base.point, base.parameters, J, base.residual, steps=FEW_STEPS, progress=progress)
 
 
 def far_places(

@@ -22,7 +22,7 @@ from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen, unit_of
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, excess, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows
+from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows, strained
 
 CLEAR = 100.0
 """Least fall of the sum of squares by a name, besides k ln N: twice that of a detectable effect. Where nothing is
@@ -268,11 +268,27 @@ class EffectSearch:
         return True
 
     def onward(self, h: Hypothesis) -> EffectSearch:
-        """A search for effects missing besides those of a hypothesis."""
+        """A search for effects missing besides those of a hypothesis.
+
+        What is missing may have led its calibration astray too: it is searched from the machine file's numbers as well.
+        """
         forms = tuple(f for f in self.forms if all(apart((f, taken)) for taken in h.forms))
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
-        return EffectSearch(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
+        found = EffectSearch(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
+        if self.before is not None and strained(h.fit):
+            base = self._from_file(h.fit, self.before.base.J)
+            columns = {f.label: self.before.columns[f.label] for f in forms}
+            found.before = replace(found, base=base, nominal=base, columns=columns, updated={*columns})
+        return found
+
+    def _from_file(self, fit: ParameterFit, J: np.ndarray) -> ParameterFit:
+        """A hypothesis' fit with its effects as they are and the calibration, whose columns are J, at the file's."""
+        count = len(self.base.parameters)
+        values = {k: v for k, v in fit.point.values.items() if k not in self.base.parameters}
+        point = replace(fit.point, values=values)
+        there = replace(fit, point=point, residual=self.comparison.residual(point), J=np.hstack([J, fit.J[:, count:]]))
+        return replace(there, cost=cost_of(there.residual, there.vector, prior_rows(fit.parameters)))
 
     def _start(
         self, own: tuple[FitParameter, ...], fixed: dict[str, float], S: np.ndarray, start: np.ndarray
@@ -408,6 +424,14 @@ class EffectSearch:
             if drop > 0:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
+
+    def best_sets(self, size: int) -> list[Hypothesis]:
+        """`sets`, and those from the machine file's own numbers where none is believed and they fit better."""
+        found = self.sets(size)
+        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
+            return found
+        started = [self._closer(h) if i == 0 else h for i, h in enumerate(self.before.sets(size))]
+        return _best_of([*found, *(h for h in started if h.fit.cost < self.base.cost)])
 
     def _pool(self, view: Screening, most: int) -> list[int]:
         """Forms worth combining: best options of every key by their own drop, and by what they add to the best one."""

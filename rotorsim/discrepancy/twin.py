@@ -43,6 +43,8 @@ MOST_MOTIONS = 64
 """Motions that are kept."""
 SETTLED = 1e-5
 """Last correction of the state, relative, from which on the motion is periodic."""
+EXACT = 1e-9
+"""Last correction of the state, relative, from which on the shot that led to it is the motion, and is not run again."""
 Setting = Mapping[str, float]
 """Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or 'plane', the
 coordinate z [m] whose displacement is read."""
@@ -144,23 +146,30 @@ def a_turn(speed: float) -> tuple[int, np.ndarray]:
     return last, np.array([np.prod((turn - at[o]) / (k - at[o])) for k, o in zip(at, others, strict=True)])
 
 
-def in_motion(
-    a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None = None
-) -> np.ndarray:
-    """Workspace of a rotor on linear bearings in periodic motion at a speed [rad/s]; w itself if that is unstable.
-
-    `inputs` (n, 6) are rows that repeat, in whole turns; without them nothing but the turning excites the rotor.
-    """
-    if a.film_model is not None or (abs(speed) < 1.0 and inputs is None):
+def in_motion(a: Assembly, w: np.ndarray, speed: float, pressure: float) -> np.ndarray:
+    """Workspace of a rotor on linear bearings whose motion repeats with its turns; w itself if it is unstable."""
+    if a.film_model is not None or abs(speed) < 1.0:
         return w
-    return w if (found := repeating(a, w, speed, pressure, inputs)) is None else found[0]
+    return w if (found := repeating_motion(a, w, speed, pressure)) is None else found.w
 
 
-def repeating(
-    a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None
-) -> tuple[np.ndarray, bool] | None:
-    r"""Workspace in the motion that repeats with `inputs`, or with the shaft, and whether the search for it has ended
-    there; None for a rotor that is unstable.
+@dataclass(frozen=True, eq=False)
+class RepeatingMotion:
+    """Workspace w in a motion that repeats, and whether the search for it has ended there.
+
+    readings : (n, 5) over its inputs, where the last shot was that motion already and nothing but the rotor remembers
+    """
+
+    w: np.ndarray
+    settled: bool
+    readings: np.ndarray | None
+
+
+def repeating_motion(
+    a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None = None
+) -> RepeatingMotion | None:
+    r"""Motion at a speed [rad/s] that repeats with `inputs` (n, 6) in whole turns, or with the shaft alone; None for a
+    rotor that is unstable.
 
     A lightly damped rotor takes minutes to forget how it was started. One step of Newton's method on the map over a
     turn finds its motion instead,
@@ -188,9 +197,9 @@ def repeating(
     for number in range(1, ROUNDS + 1):
         before, moved, reached = w[at].copy(), w.copy(), np.zeros(3 * n)
         run = Simulation(a, moved)
-        run.advance(rows[: last - len(weights)])
+        readings = run.advance(rows[: last - len(weights)])
         for k, weight in enumerate(weights, last - len(weights)):
-            run.advance(rows[k : k + 1])
+            readings = np.concatenate([readings, run.advance(rows[k : k + 1])])
             reached += weight * moved[[*at, *rates]]
         change = reached[: 2 * n] - before
         if not np.all(np.isfinite(change)):
@@ -201,11 +210,13 @@ def repeating(
         # the time advances: lines that turn with no shaft do not settle
         moved[rotor.angle], moved[rotor.time] = began[rotor.angle], began[rotor.time] + number * turn
         w = moved
-        if settled := bool(np.linalg.norm(jump) <= SETTLED * np.linalg.norm(before)):
+        left = float(np.linalg.norm(jump)) / max(float(np.linalg.norm(before)), 1e-300)
+        if left <= SETTLED:
             break
     for i, value in began.items():
         w[i] = value
-    return w, settled
+    exact = left <= EXACT and not any(call.effect.states for call in a.calls)
+    return RepeatingMotion(w, left <= SETTLED, readings[:, READ : READ + 5] if exact else None)
 
 
 def _forgotten(a: Assembly, A: np.ndarray, samples: int, weights: np.ndarray) -> np.ndarray | None:
@@ -333,6 +344,11 @@ class Twin:
         """
         return assemble(self.equipped[0], other_bearings=self.machine.film is None)
 
+    @cached_property
+    def plant_key(self) -> tuple[str, str]:
+        """Hash of the machine that is simulated, and name of its machine code."""
+        return self.equipped[0].hash, self.assembly.module.__name__
+
     def effect(self, name: str, table: int) -> Effect:
         """Effect with the numbers of the neutral setting."""
         return self.equipped[0].effects[name][table]
@@ -393,8 +409,13 @@ class Twin:
             regulator = self.regulator(setting, speed, pressure)
             w = settle(a, speed, regulator)
             w[a.rotor.angle] = angle
-            if turning:
-                w = in_motion(a, w, speed, regulator, rows if repeating else None)
+            if turning and repeating and a.film_model is None:
+                motion = repeating_motion(a, w, speed, regulator, rows)
+                if motion is not None and motion.readings is not None:
+                    return motion.readings
+                w = w if motion is None else motion.w
+            elif turning:
+                w = in_motion(a, w, speed, regulator)
             if turning and period and a.film_model is None:
                 w = in_forced_motion(a, w, speed, rows[:period])
             fed = rows + (regulator - pressure) * PRESSURE if regulator != pressure else rows
@@ -488,8 +509,8 @@ class Twin:
         with suppress(*FAILURES):
             w = settle(a, speed, pressure)
             w[a.rotor.angle], w[a.rotor.time] = angle, time
-            found = repeating(a, w, speed, pressure, None)
-        return self._keep(key, found[0] if found is not None and found[1] else None)
+            found = repeating_motion(a, w, speed, pressure)
+        return self._keep(key, found.w if found is not None and found.settled else None)
 
     def _keep(self, key: Any, motion: Any) -> Any:
         """A motion that is kept, the oldest ones are not."""

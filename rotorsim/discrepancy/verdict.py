@@ -103,7 +103,7 @@ def judge(search: EffectSearch) -> SearchVerdict:
     known = {f.key for f in search.forms}
     tried: list[Hypothesis] = []
     for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
-        found = search.best_singles() if size == 1 else search.sets(size)
+        found = search.best_singles() if size == 1 else search.best_sets(size)
         tried += found
         # not where some of its effects alone fit the records as well
         good = [
@@ -153,7 +153,7 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
     if within_form_error(search.comparison, search.base.residual, best.fit.residual):
         return []
     onward = search.onward(best)
-    found = onward.singles()
+    found = onward.best_singles()
     good = [h for h in found if passes(h, onward)]
     if not good:
         return []

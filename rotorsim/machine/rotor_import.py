@@ -125,8 +125,12 @@ def bearing_points(path: str | Path) -> tuple[Point, ...]:
     >>> import rotorsim as rs
     >>> points = rs.machine.bearing_points("bearing.csv")  # doctest: +SKIP
     """
-    path = Path(path)
-    numbered = enumerate(read_text(path, "a CSV file").splitlines(), 1)
+    return points_of(read_text(Path(path), "a CSV file"), str(path))
+
+
+def points_of(text: str, path: str) -> tuple[Point, ...]:
+    """Points of a table bearing from the text of a CSV file; `path` names it in sentences."""
+    numbered = enumerate(text.splitlines(), 1)
     kept = [(k, line) for k, line in numbered if line.strip() and not line.lstrip().startswith("#")]
     numbers, lines = [k for k, _ in kept], [line for _, line in kept]
     delimiter = max("\t;,", key=lambda sign: lines[0].count(sign)) if lines else ","
@@ -148,7 +152,7 @@ def bearing_points(path: str | Path) -> tuple[Point, ...]:
     if not problems and len(points) < 2:
         problems.append(f"{len(points)} rows; a table needs two speeds or more")
     if problems:
-        raise MachineFileError("\n".join(f"{path}: {one}" for one in problems), argument="path", value=str(path))
+        raise MachineFileError("\n".join(f"{path}: {one}" for one in problems), argument="path", value=path)
     return tuple(
         cast(Point, checked_part(Point, values, f"{path}: line {k}"))
         for k, values in zip(numbers[1:], points, strict=True)

@@ -233,6 +233,8 @@ class Simulation(Shown):
     """Whether it began on the synchronous orbit."""
     torques: bool = False
     """Whether samples have the torque of friction behind their other columns."""
+    coasts: bool = False
+    """Whether the drive was off in the last sample."""
 
     @classmethod
     def at_equilibrium(cls, assembly: Assembly, speed: float, pressure: float, seed: int = 0) -> Simulation:
@@ -295,6 +297,7 @@ class Simulation(Shown):
         a = self.assembly
         rows = np.array(inputs, float)
         _check_inputs(a, rows)
+        self.coasts = bool(np.isnan(rows[-1:, 0]).any())
         if not a.machine.fed:
             rows[:, SUPPLY] = 0.0  # no injector feels a supply: the record has the ambient's
         rows[:, SUPPLY] += a.machine.gas.ambient_pressure

@@ -21,7 +21,8 @@ from rotorsim.desk.panels import DeskPoint
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.server import DesignDesk, PanelStream, answer_of, application, make_desk
 from rotorsim.desk.starts import STARTS, begin
-from rotorsim.machine import Machine, from_ross, machine_text, shipped_machines
+from rotorsim.machine import Machine, bearing_points, from_ross, machine_text, shipped_machines
+from rotorsim.machine.rotor_import import with_points
 
 
 def test_a_bare_number_takes_the_unit_of_the_field_and_all_other_bytes_stay(design):
@@ -374,6 +375,34 @@ def test_a_rotor_that_ross_saved_is_opened_as_a_machine_of_its_own(tmp_path):
         warnings.simplefilter("ignore", NotCarried)
         assert desk.design.machine == from_ross(saved, "compressor")
     assert desk.design.path.suffix == ".toml" and not desk.design.path.exists()
+
+
+TABLE = "speed [rpm];kxx [kN/mm];cxx [N*s/mm]\n0;10;1\n3000;20,5;1,5\n"
+
+
+@pytest.mark.parametrize("name", ["plain_rotor", "pump_on_tables"])
+def test_a_bearing_takes_the_table_of_a_csv_file_and_the_rest_of_the_text_stays(tmp_path, name):
+    design = open_design(name, tmp_path)
+    before, begun = design.machine, design.text
+    design.tabulate("bearings.1", "supplier.csv", TABLE)
+    (tmp_path / "supplier.csv").write_text(TABLE)
+    taken = with_points(before, 1, bearing_points(tmp_path / "supplier.csv"))
+    assert design.machine.bearings[1].points == taken.bearings[1].points
+    assert design.machine.bearings[0] == before.bearings[0] and design.machine.shaft == before.shaft
+    design.undo()
+    assert design.text == begun
+
+
+@pytest.mark.parametrize(
+    ("path", "content"),
+    [("bearings.0", "speed [rpm],kxx [MN/m]\n0,10\n"), ("bearings.0", ""), ("bearings.0", "speed,kxx\n0,1\n1,1\n"),
+     ("bearings.0", TABLE.replace("3000", "much")), ("bearings.9", TABLE), ("discs.0", TABLE), ("", TABLE)],
+)  # fmt: skip
+def test_a_table_that_no_bearing_can_have_is_refused_with_the_name_of_its_file(design, path, content):
+    before = design.text
+    with pytest.raises(RefusedError) as error:
+        design.tabulate(path, "supplier.csv", content)
+    assert (error.value.argument, error.value.value) == (path, "supplier.csv") and design.text == before
 
 
 @pytest.mark.nightly

@@ -60,6 +60,39 @@ def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibr
     assert [h.failed for h in astray.best_singles()] in ([], [True])
 
 
+@pytest.mark.parametrize(("gain", "found"), [(5.0, True), (2.0, False)])
+def test_a_further_effect_is_found_from_the_files_own_numbers_where_the_calibration_is_not_believed(
+    gain, found, monkeypatch
+):
+    """Next to a first effect, which does nothing here, a gain of 2 is believed and hides the further one."""
+    first = FitParameter("first", 0.1)
+    astray = search(gain, monkeypatch)
+    astray.before = search(0.0, monkeypatch)
+    named = Form("coupling", "coupling.force_2x", (first,))
+    base, point = astray.base, astray.base.point.moved([first], np.array([1.0]))
+    J = np.hstack([base.J, np.zeros((4, 1))])
+    fit = ParameterFit((*base.parameters, first), point, base.residual, J, base.cost)
+    onward = astray.onward(hypotheses.Hypothesis((named,), fit, base.cost, 0.0, 0.9))
+    assert (onward.before is not None) == found
+    best = min(onward.best_singles(), key=lambda h: h.fit.cost)
+    assert (best.fit.cost < 1.01 and best.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)) == found
+
+
+@pytest.mark.parametrize(("gain", "count"), [(5.0, 2), (2.0, 1)])
+def test_sets_are_found_from_the_files_own_numbers_unless_one_is_believed(gain, count, monkeypatch):
+    """A set that explains all next to a gain of 5 is not believed."""
+    astray = search(gain, monkeypatch)
+    astray.before = search(0.0, monkeypatch)
+    other = Form("coupling", "coupling.force_2x", (FitParameter("first", 0.1),))
+    own = hypotheses.Hypothesis((FORM,), astray.base, 0.0, 0.0, 1.0)
+    better = ParameterFit((GAIN,), ParameterPoint(), 0 * ONES, np.ones((4, 1)), 0.0)
+    there = hypotheses.Hypothesis((FORM, other), better, 0.0, 0.0, 1.0)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.passes", lambda h, search: True)
+    monkeypatch.setattr(EffectSearch, "sets", lambda self, size: [own] if self is astray else [there])
+    monkeypatch.setattr(EffectSearch, "polished", lambda self, h: h)
+    assert len(astray.best_sets(2)) == count
+
+
 @pytest.mark.parametrize(("excess", "goes_on"), [(0.0, True), (1.0, False)])
 def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged(excess, goes_on, monkeypatch):
     """Nothing is flagged: everything is within the form error, which ends a fit elsewhere."""

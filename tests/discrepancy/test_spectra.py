@@ -42,7 +42,7 @@ def test_orders_and_excited_lines_fall_into_different_groups():
     trial = make_trial(record(np.zeros((12000, 2))))
     assert (trial.start, trial.length, trial.blocks) == (4000, 2000, 4)
     layout = make_layout([trial])
-    at = {name: set(layout.frequency[layout.of(0, 0, name)]) for name in layout.groups}
+    at = {name: set(layout.frequency[layout.numbers.get((0, 0, name), [])]) for name in layout.groups}
     assert at["1X"] == {40.0} and at["2X"] == {80.0} and at["3X"] == {120.0}
     assert at["orders"] == {160.0, 200.0, 240.0, 280.0}
     assert {2.5, 7.5, 242.5} <= at["low band"] | at["high band"]

@@ -5,14 +5,14 @@
 #include "law.h"
 
 int main(void) {
-    static trial_law_memory law;
-    double row[5], out[3] = {trial_law_self_test(&law), 0, 0};
+    static law_memory law;
+    double row[5], out[3] = {law_self_test(&law), 0, 0};
     fwrite(out, sizeof out, 1, stdout);
-    trial_law_reset(&law);
+    law_reset(&law);
     while (fread(row, sizeof row, 1, stdin) == 1) {
-        trial_law_real measured[2] = {(trial_law_real)row[0], (trial_law_real)row[1]}, reference[2];
-        out[2] = trial_law_step(&law, measured, (trial_law_real)row[2], (trial_law_real)row[3], (trial_law_real)row[4],
-                                reference);
+        law_real measured[2] = {(law_real)row[0], (law_real)row[1]}, reference[2];
+        out[2] = law_step(&law, measured, (law_real)row[2], (law_real)row[3], (law_real)row[4],
+                          reference);
         out[0] = reference[0];
         out[1] = reference[1];
         fwrite(out, sizeof out, 1, stdout);

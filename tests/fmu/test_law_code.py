@@ -10,7 +10,7 @@ import pytest
 from law_models import RATED, TABLE, faulty_inputs, plausible_law, scheduled_law
 
 from code_blocks import blocks
-from fmu.export import export_code, law_unit, named
+from fmu.export import export_code, law_unit
 from fmu.law_code import write_law
 from identification.local.greybox import STRUCTURES
 from identification.local.models import LinearModel
@@ -200,7 +200,7 @@ def test_the_program_on_the_page_compiles(gcc, tmp_path):
     program = next(block.text for block in blocks() if block.language == "c")
     (tmp_path / "rig.h").write_text(RIG)
     (tmp_path / "main.c").write_text(program)
-    for text, ending in zip(write_law(static_law(), "hinf_law", "hinf"), ("h", "c"), strict=True):
+    for text, ending in zip(write_law(static_law(), "hinf", "hinf"), ("h", "c"), strict=True):
         (tmp_path / f"hinf.{ending}").write_text(text)
     subprocess.run(["gcc", *STRICT, "-include", "rig.h", "-c", "main.c", "hinf.c"], cwd=tmp_path, check=True)
 
@@ -226,6 +226,7 @@ def test_the_command_writes_two_files_and_refuses_what_is_no_law(tmp_path, capsy
     assert ended([*words, "--precision", "float32", "--name", "mine"]) == 0
     assert "mine_step" in (tmp_path / "unit.h").read_text() and '#include "unit.h"' in (tmp_path / "unit.c").read_text()
     assert ended(words) == 2  # they are there already
+    assert ended([*words, "--force"]) == 0 and "unit_step" in (tmp_path / "unit.h").read_text()
     assert ended(["fmu", "export", "--c-only"]) == 2
     assert not list(tmp_path.glob("*.fmu"))
 
@@ -248,5 +249,5 @@ def test_the_c_of_the_example_for_a_dspace_board_compiles_with_the_law(tmp_path)
     for name, text in zip(files[::2], files[1::2], strict=True):
         lines = re.findall(r"fprintf\(fid, '(.*)'\);", text)
         (tmp_path / name).write_text("".join(lines).replace("\\n", "\n"))
-    export_code(named(law_unit(plausible_law()), "hinf_law"), tmp_path / "hinf")
+    export_code(law_unit(plausible_law()), tmp_path / "hinf")
     subprocess.run(["gcc", *STRICT, "-c", "hinf.c", "hinf_block.c"], cwd=tmp_path, check=True)

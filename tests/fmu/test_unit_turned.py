@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fmu.check import plant_outputs
+from fmu.check import check, plant_outputs
 from fmu.export import bounded, plant_unit
 from fmu.importer import reference_inputs
-from fmu.turned import turned_numbers, value_of
+from fmu.turned import MOST_MACHINES, turned_numbers, value_of
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError
 from rotorsim.fmu import state
@@ -26,6 +26,17 @@ TURNS = {
     "injection.pin_discharge": 0.163,
     "injection.curtain_discharge": 0.77,
 }
+OVER = {
+    "discs.0.mass": ["1.2 kg"],
+    "bearings.1.length": [0.036],
+    "probe.position": ["301 mm"],
+    "effects.unbalance.position": [0.1],
+}
+"""Values that a unit offers, by path."""
+CHOSEN = {
+    "discs[1].mass": 1.2, "bearing.length": 0.036, "probe.position": 0.301, "effects.unbalance.position": 0.1,
+}  # fmt: skip
+"""One of the machines offered, under the names of the unit, in the order of the paths."""
 OTHERS = {"rigid_rotor_self_acting": 4, "aerostatic_spindle": 12, "dtu_paper_a": 5, "foil_turbo_rotor": 2}
 
 
@@ -83,7 +94,7 @@ def test_a_clearance_that_shapes_the_sleeve_too_stays_fixed():
 
 def test_numbers_that_leave_no_equilibrium_end_with_a_sentence_and_a_reset_makes_the_unit_usable(unit, fresh, model):
     with pytest.raises(Exception, match="status 3"):
-        fresh.initialise({"bearing.clearance": 0.9e-3, "shaft.speed_ref": 10.0, "injection.pressure": 0.0})
+        fresh.initialise({"bearing.clearance": 0.45e-3, "shaft.speed_ref": 10.0, "injection.pressure": 0.0})
     assert "no lift-off" in fresh.messages[-1]
     fresh.slave.reset()
     fresh.initialise()
@@ -189,3 +200,109 @@ def test_a_state_of_python_holds_the_inputs_of_its_simulation(units, model):
 def test_a_state_of_another_machine_is_refused(files):
     with pytest.raises(DataError, match="another machine"):
         state(files[3], Plant("dtu_gas_bearing").start(0.0, 0.3e6))
+
+
+@pytest.fixture(scope="module")
+def offering(exported_plant, model):
+    """Model and unit of the rig that offers `OVER`."""
+    return exported_plant(model.plant, 0.0, model.pressure, OVER)
+
+
+@pytest.mark.parametrize("names", [*([name] for name in CHOSEN), list(CHOSEN)], ids=str)
+def test_a_unit_with_a_disc_a_place_or_a_size_that_it_offers_has_the_bits_of_that_machine(offering, names):
+    model, unit = offering
+    values = {name: CHOSEN[name] for name in names}
+    paths = dict(zip(CHOSEN, OVER, strict=True))
+    machine = model.plant.machine.with_({paths[name]: value for name, value in values.items()})
+    turned = {"bearing.clearance": 27.3e-6, "gas.temperature": 321.0}
+    other = plant_unit(Plant(changed(machine, turned)), model.speed, model.pressure)
+    inputs = reference_inputs(model, 100, SAMPLE)
+    truth = plant_outputs(other, inputs, SAMPLE)
+    instance = unit.instance()
+    for start in (None, values | turned):  # the second one after a reset
+        instance.initialise(start)
+        rows = instance.run(inputs, SAMPLE, list(truth))
+        same = [found[good].tobytes() == rows[good, k].tobytes() for k, (found, good) in enumerate(truth.values())]
+        assert all(same) == (start is not None)
+        instance.slave.reset()
+    instance.slave.freeInstance()
+
+
+def test_a_value_that_is_not_offered_is_refused_and_a_near_one_is_the_one_offered(offering):
+    _, unit = offering
+    instance = unit.instance()
+    with pytest.raises(Exception, match="status 3"):
+        instance.set({"discs[1].mass": 1.3})
+    assert all(text in instance.messages[-1] for text in ("discs[1].mass", "1.3", "1.2", "1.5"))
+    instance.set({"discs[1].mass": 1.2 * (1 + 1e-12)})
+    instance.initialise()
+    assert instance.get(["discs[1].mass"])[0] == 1.2
+    instance.close()
+
+
+def test_a_state_of_a_machine_that_is_offered_goes_on_in_the_unit(offering):
+    model, unit = offering
+    plant = Plant(model.plant.machine.with_(dict(zip(OVER, CHOSEN.values(), strict=True))))
+    simulation = plant.start(300.0, model.pressure)
+    row = [300.0, model.pressure, 0.0, 0.0, 10.0, 0.0]
+    simulation.advance(np.tile(row, (20, 1)))
+    instance = unit.instance()
+    instance.restore(state(unit.path, simulation))
+    assert instance.get(list(CHOSEN)).tolist() == list(CHOSEN.values())
+    inputs = {name: np.full(20, value) for name, value in zip(ROW, row, strict=True)}
+    found = instance.run(inputs, SAMPLE, ["disc.x"])[:-1, 0]
+    assert found.tobytes() == simulation.advance(np.tile(row, (20, 1)))[:, AT["disc_x"]].tobytes()
+    instance.close()
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        {"discs.0.colour": [1.0]},
+        {"discs.7.mass": [1.0]},
+        {"discs.first.mass": [1.0]},
+        {"effects.nothing.position": [1.0]},
+        {"bearings.1.clearance": [3e-5]},
+        {"effects.unbalance.me": [1e-5]},
+        {"discs.0.mass": np.linspace(1.0, 2.0, MOST_MACHINES + 1)},
+        {"bearings.1.orifices": [1.0]},
+        {"grid.n_theta": [24.0]},
+    ],
+    ids=lambda over: next(iter(over)),
+)
+def test_what_cannot_be_offered_is_refused_before_the_export(model, over):
+    with pytest.raises(DataError):
+        plant_unit(model.plant, 0.0, model.pressure, over).variables  # noqa: B018
+
+
+def test_a_number_far_from_what_is_usual_is_refused_unless_the_machine_has_it(unit, fresh, model):
+    with pytest.raises(Exception, match="status 3"):
+        fresh.initialise({"gas.temperature": 1e-3})
+    low = {v.name: v.low for v in model.variables}
+    assert (low["gas.temperature"], low["gas.ambient_pressure"]) == (4.0, 1e3)
+    cold = assemble(model.plant.machine.with_({"gas.temperature": 3.0, "gas.viscosity": 1e-6}))
+    assert {one.name: one.low for one in turned_numbers(cold)}["gas.temperature"] == 3.0
+
+
+def test_a_state_of_a_shaft_that_coasts_goes_on_coasting(units, model):
+    row = [np.nan, model.pressure, 0.0, 0.0, 0.0, 0.0]
+    simulation = model.plant.start(300.0, model.pressure)
+    simulation.advance(np.tile(row, (20, 1)))
+    instance = units[3].instance()
+    instance.restore(state(units[3].path, simulation))
+    assert instance.get(["drive.on"])[0] == 0.0
+    found = [instance.get(["shaft.speed", "disc.x"])]
+    for k in range(3):
+        instance.step(k * SAMPLE, SAMPLE)
+        found.append(instance.get(["shaft.speed", "disc.x"]))
+    truth = simulation.advance(np.tile(row, (4, 1)))[:, [AT["speed"], AT["disc_x"]]]
+    assert np.array(found).tobytes() == truth.tobytes() and truth[-1, 0] < truth[0, 0]
+    instance.close()
+
+
+@pytest.mark.slow
+def test_a_check_compares_every_machine_that_a_unit_offers(offering):
+    model, unit = offering
+    found = [one for one in check(unit.path, 0.02) if one.name.startswith("with ")]
+    assert len(found) == len(model.variants) - 1 == 15
+    assert all(one.passed and one.value == "equal to the last bit" for one in found)

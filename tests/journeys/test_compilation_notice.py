@@ -87,3 +87,6 @@ def test_a_diagnosis_notes_in_a_pipe_each_stage_once_and_again_where_it_lasts(ca
     stages.show("experiment")
     stages.show("experiment")
     assert capsys.readouterr() == ("", f"{texts[-1]}: step 3, 31 s\n")
+    now[0] += QUIET + 1
+    stages.show(calibration.Stage("calibrate", 40))
+    assert "step 1 of at most 40, 62 s" in capsys.readouterr().err

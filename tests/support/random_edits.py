@@ -1,5 +1,7 @@
 """Seeded random edits as a designer makes them: values good and bad, parts added, copied and deleted, undo and redo."""
 
+MOST = 40
+"""Parts of a design from which more are deleted than are added."""
 WORDS = ("", "0", "-3", "abc", "1e400", "7 bananas", "12 mm", "0.5", "[x]", 'a"b', "25", "1 in")
 
 
@@ -11,7 +13,8 @@ def edits(rng, design, count):
     for number in range(count):
         parts = [part for group in listed(design) for part in group["parts"]]
         fields = [field for part in parts for field in part["fields"]]
-        kind = rng.choice(["set"] * 12 + ["add", "copy", "delete", "undo", "redo", "split", "mirror", "keep", "swap"])
+        removed = ["delete"] * (1 if len(parts) < MOST else 5)
+        kind = rng.choice(["set"] * 12 + ["add", "copy", "undo", "redo", "split", "mirror", "keep", "swap"] + removed)
         if kind == "set":
             field = fields[rng.integers(len(fields))]
             yield "set", {"path": field["path"], "text": _text(rng, field), "burst": str(number // 2)}

@@ -57,6 +57,7 @@ export default {
   <div v-if="script" class="desk-banner desk-script"><pre data-script>{{ script }}</pre><button @click="copyScript">Copy</button> <button @click="script = ''">Close</button></div>
   <div class="desk-body">
     <nav class="desk-parts" aria-label="parts">
+      <input ref="csv" type="file" accept=".csv,.tsv,.txt" hidden aria-label="CSV file with a bearing's table" @change="takeTable($event.target)" />
       <details v-for="group in state.groups" :key="group.key" :open="isOpen(group)" @toggle="opened[group.key] = $event.target.open">
         <summary>{{ group.title }}<span v-if="group.parts.length > 1 || group.add.length" class="desk-count">{{ group.parts.length }}</span></summary>
         <fieldset v-for="part in group.parts" :key="part.path" :class="{ 'desk-chosen': part.path === chosen }" :data-part="part.path" @focusin="chosen = part.path">
@@ -65,6 +66,7 @@ export default {
             <button v-if="part.path.startsWith('shaft.sections')" @click="act('split', { path: part.path })" :aria-label="'split ' + part.title">split</button>
             <button v-if="part.many && part.fields.some((one) => one.label === 'position')" @click="act('mirror', { path: part.path })" :aria-label="'mirror ' + part.title">mirror</button>
             <button v-if="part.many" @click="act('copy', { path: part.path })" :aria-label="'copy ' + part.title">copy</button>
+            <button v-if="tabular(part)" @click="pickTable(part)" :aria-label="'table of a CSV file for ' + part.title">table</button>
             <button @click="act('delete', { path: part.path })" :aria-label="'delete ' + part.title">delete</button></span>
           <template v-for="field in shown(part)" :key="field.path">
             <div class="desk-field" :class="{ 'desk-unset': !field.set, 'desk-bad': wrong(field.path) }">
@@ -302,6 +304,19 @@ export default {
       const group = this.state.groups.find((one) => one.parts.some((part) => part.path === path)) || this.state.groups.find((one) => path.startsWith(`${one.key}.`));
       if (group) this.opened[group.key] = true;
       this.$nextTick(() => this.$el.querySelector(`[data-part="${path}"]`)?.scrollIntoView({ block: "nearest" }));
+    },
+    tabular(part) {
+      const kind = part.path.startsWith("bearings.") && part.fields.find((one) => one.label === "kind");
+      return kind && ["linear", "table"].includes(kind.text);
+    },
+    pickTable(part) {
+      this.tabulated = part.path;
+      this.$refs.csv.click();
+    },
+    async takeTable(input) {
+      const [file] = input.files, path = this.tabulated;
+      if (file) this.act("table", { path, name: file.name, text: await file.text() });
+      input.value = "";
     },
     // A drag moves the part by whole steps of the drawing; what waits is replaced, so nothing queues.
     grab(path, event) {

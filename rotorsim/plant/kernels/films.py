@@ -1,8 +1,8 @@
 """Several films on one rotor: their parts of the workspace, and Newton's method for all of them at once.
 
 Every film has its own part of the workspace, laid out alike. A correction of a film is that of `reynolds.newton`, up to
-its border; the borders of all films, the flows of their injectors and the displacements of their journals, meet in one
-small system through the rotor's compliance, which couples every journal with every film's force.
+its border; the displacements of all journals meet in one small system through the rotor's compliance, which couples
+every journal with every film's force. Flows of injectors, which one film alone has to do with, are eliminated there.
 
 This file is a template as `step` is.
 
@@ -42,51 +42,36 @@ def film_indices(ix, f):
 
 @inlined
 def gather_borders(w, f):
-    """Put the rows of film f, which `read_correction` left, into the common system."""
+    """Add the force of film f, which `read_correction` left, to the common system: it moves every journal."""
     v = film_part(w, f)
-    nb, ni = FILM.n_border, FILM.n_inj
-    n = ROTOR.n_films * nb
-    M, x = ROTOR.small_matrix, ROTOR.small
-    o = FILM.small + nb
-    for c in range(nb):
-        for i in range(ni):
-            w[M + (f * nb + c) * n + f * nb + i] = v[FILM.small_matrix + c * nb + i]
-        # the force of film f moves every journal
-        fx, fy = v[FILM.border_force + 2 * c], v[FILM.border_force + 2 * c + 1]
-        for row in range(2 * ROTOR.n_films):
-            b = ROTOR.compliance + 2 * ROTOR.n_films * row + 2 * f
-            w[M + (f * nb + c) * n + row // 2 * nb + ni + row % 2] = -(w[b] * fx + w[b + 1] * fy)
-    for i in range(ni):
-        w[x + f * nb + i] = v[o + i]
-    for row in range(2 * ROTOR.n_films):
-        b = ROTOR.compliance + 2 * ROTOR.n_films * row + 2 * f
-        a = ROTOR.journal_a + 2 * ROTOR.n_films * row + 2 * f
-        r = row // 2 * nb + ni + row % 2
+    nb, ni, n = FILM.n_border, FILM.n_inj, 2 * ROTOR.n_films
+    o = FILM.small + nb + ni
+    for row in range(n):
+        b = ROTOR.compliance + n * row + 2 * f
+        a = ROTOR.journal_a + n * row + 2 * f
         for col in range(2):
-            w[M + (f * nb + ni + col) * n + r] += w[a + col]
-        w[x + r] += (
-            w[b] * v[o + ni] + w[b + 1] * v[o + ni + 1] - w[a] * v[FILM.journal] - w[a + 1] * v[FILM.journal + 1]
+            m = FILM.small_matrix + (ni + col) * nb + ni
+            w[ROTOR.small_matrix + (2 * f + col) * n + row] = w[b] * v[m] + w[b + 1] * v[m + 1] + w[a + col]
+        w[ROTOR.small + row] += (
+            w[b] * v[o] + w[b + 1] * v[o + 1] - w[a] * v[FILM.journal] - w[a + 1] * v[FILM.journal + 1]
         )
 
 
 @kernel
 def correct_films(w, ix, P):
     """One correction of all films and journals from the residuals; returns its size in the film where it is largest."""
-    nb, ni = FILM.n_border, FILM.n_inj
-    n = ROTOR.n_films * nb
-    for e in range(n * n):
-        w[ROTOR.small_matrix + e] = 0.0
-    for row in range(2 * ROTOR.n_films):
-        w[ROTOR.small + row // 2 * nb + ni + row % 2] = w[ROTOR.journal_rhs + row]
+    n = 2 * ROTOR.n_films
+    for row in range(n):
+        w[ROTOR.small + row] = w[ROTOR.journal_rhs + row]
     for f in range(ROTOR.n_films):
         read_correction(film_part(w, f), film_indices(ix, f), FILM)
         gather_borders(w, f)
-    eliminate_small(w, ROTOR.small_matrix, ROTOR.small, n)
+    eliminate_small(w, ROTOR.small_matrix, ROTOR.small, n, n)
     size = 0.0
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
-        for a in range(nb):
-            v[FILM.small + a] = w[ROTOR.small + f * nb + a]
+        for axis in range(2):
+            v[FILM.small + FILM.n_inj + axis] = w[ROTOR.small + 2 * f + axis]
         own = finish_correction(v, film_indices(ix, f), film_constants(P, f), FILM)
         if size == size and not own <= size:  # NaN stays: it does not count as small
             size = own

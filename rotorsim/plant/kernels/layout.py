@@ -156,7 +156,7 @@ def make_rotor_layout(
     tables, and the speeds at which they stand.
     """
     n_machine, n_modes = n_modes, n_modes + 2 * n_supports
-    journals, borders = max(n_films, 1), n_films * film.n_border
+    journals, displacements = max(n_films, 1), 2 * n_films
     sizes = dict.fromkeys(VECTORS, n_modes) | dict.fromkeys(MATRICES, n_modes**2)
     sizes |= {
         "to_journal": 2 * n_modes * journals,
@@ -167,10 +167,11 @@ def make_rotor_layout(
     sizes |= dict.fromkeys(ROTOR_SCALARS, 1) | dict.fromkeys(PAIRS, 2 * journals)
     sizes |= {"contact": journals, "contact_k": 4 * journals}
     own = {name: getattr(film, place) for name, place in (FILM_MATRICES | FILM_PAIRS).items()}
+    sizes |= {"small": 0, "small_matrix": 0}
     if n_films > 1:
         own = {}
-        sizes |= dict.fromkeys(FILM_MATRICES, 4 * n_films**2) | dict.fromkeys(FILM_PAIRS, 2 * n_films)
-    sizes |= {"small": borders, "small_matrix": borders**2} if n_films > 1 else {"small": 0, "small_matrix": 0}
+        sizes |= dict.fromkeys((*FILM_MATRICES, "small_matrix"), displacements**2)
+        sizes |= dict.fromkeys((*FILM_PAIRS, "small"), displacements)
     n_tables, n_points = tables
     sizes |= {"table_rows": 2 * n_modes * n_tables, "table_speeds": n_points, "table_values": 8 * n_tables * n_points}
     offsets, at = {}, journals * film.size

@@ -28,7 +28,7 @@ def test_a_page_that_is_not_seen_asks_for_nothing_and_the_plant_runs_on(page):
     page.evaluate("window.requestAnimationFrame = () => 0")
     asked = page.evaluate("window.rotorsimFrames")
     then = page.evaluate("fetch('frame').then(r => r.json())")["time"]
-    page.wait_for_function(f"fetch('frame').then(r => r.json()).then(f => f.time > {then} + 1)", polling=200)
+    until(page, lambda now: now["time"] > then + 1, asked=lambda page: page.evaluate("fetch('frame').then(r => r.json())"))
     assert page.evaluate("window.rotorsimFrames") <= asked + 1
 
 
