@@ -295,6 +295,7 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
         "parameters": causalities.count("parameter"),
         "reference": "yes" if any(n.endswith("/out.csv") for n in files) else "no",
         "sources": "yes" if any(n.startswith("sources/") for n in files) else "no",
+        **({"work a step": f"{data['corrections']} corrections at most"} if data.get("corrections") else {}),
         **({"needs": f"glibc {glibc} or later"} if glibc else {}),
     }
 

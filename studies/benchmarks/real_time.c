@@ -2,10 +2,11 @@
 
    ROWS holds six inputs a step, OUT gets six numbers a step: time of a step played once [s], the least of up to five
    plays from the same state, journal x and y [m], work in corrections, steps cut short so far. IN and OUT are value
-   references. PACED 1: each step begins on a grid of its own length under SCHED_FIFO, where permitted, and the first
+   references; where the unit ends the run, the row is not a number and the next begins from rest. PACED 1: each step begins on a grid of its own length under SCHED_FIFO, where permitted, and the first
    column is the time from the grid's point to the end of the step; 0: as fast as it goes, in processor time. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
+#include <math.h>
 #include <sched.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -66,7 +67,7 @@ int main(int count, char **words) {
     fmi3Instance unit = InstantiateCoSimulation("u", words[2], NULL, false, false, false, false, NULL, 0, NULL, report, NULL);
     if (!unit) return 1;
     double row[INPUTS], typical = 1.0, recent[WARM], now = 0.0, reached;
-    fmi3FMUState before = NULL;
+    fmi3FMUState before = NULL, rest = NULL;
     fmi3Boolean event, end, early;
     if (paced) {
         struct sched_param priority = {50};
@@ -79,21 +80,29 @@ int main(int count, char **words) {
         if (k == 0) {
             CALL(EnterInitializationMode(unit, false, 0.0, 0.0, false, 0.0));
             CALL(ExitInitializationMode(unit));
+            CALL(GetFMUState(unit, &rest));
         }
         double found[COLUMNS] = {0.0, 1e9};
         if (paced) wait_until(begin + (double)k * SAMPLE);
         else CALL(GetFMUState(unit, &before));
         clockid_t clock = paced ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID;
-        for (int play = 0; play < (paced ? 1 : PLAYS); play++) {
+        bool ended = false;
+        for (int play = 0; play < (paced ? 1 : PLAYS) && !ended; play++) {
             if (play) CALL(SetFMUState(unit, before));
             double from = paced ? begin + (double)k * SAMPLE : seconds(clock);
-            CALL(DoStep(unit, now, SAMPLE, true, &event, &end, &early, &reached));
+            ended = DoStep(unit, now, SAMPLE, true, &event, &end, &early, &reached) > fmi3Warning;
             double length = seconds(clock) - from;
             if (play == 0) found[0] = length;
             if (length < found[1]) found[1] = length;
             if (k >= WARM && length < SLOW * typical) break;
         }
-        now = reached;
+        now = ended ? 0.0 : reached;
+        if (ended) {
+            CALL(SetFMUState(unit, rest));
+            for (int i = 0; i < COLUMNS; i++) found[i] = NAN;
+            fwrite(found, sizeof *found, COLUMNS, table);
+            continue;
+        }
         recent[k % WARM] = found[1];
         if (k % WARM == WARM - 1) {
             typical = 0.0;

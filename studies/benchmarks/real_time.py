@@ -7,7 +7,8 @@ steps cut short, and the journal's distance [clearances] from the exact plant's:
 the step has an answer (steps compared, median, 99 %, ratio of the rms orbits), and after one step from the same state
 (99 % and largest, every hundredth step). A step's time is the least of up to five plays from the same state, in
 processor time; `once` is the longest of those played once. `--paced` steps are played on a grid of 0.2 ms, and those
-that ended after their deadline are counted.
+that ended after their deadline are counted. `ended` are runs that the unit ended, which begin anew from rest; errors
+are those before the first of them.
 """
 
 import argparse
@@ -134,13 +135,18 @@ def measured(player: Player, kind: str, steps: int, seed: int) -> dict[str, floa
     """Times [us] and errors [clearances] of steps of a kind."""
     given = rows(kind, steps, seed)
     table, _ = player.play(given, paced=False)
-    once, least = 1e6 * table[:, 0], 1e6 * table[:, 1]
-    (run, orbit), single = player.run_errors(given, table[:, 2:4]), player.single_errors(given)
+    ended = np.isnan(table[:, 0])
+    first = int(np.argmax(ended)) if ended.any() else steps
+    given = given[:first]
+    once, least = 1e6 * table[~ended, 0], 1e6 * table[~ended, 1]
+    cut = np.diff(table[:, 5], prepend=0.0)
+    (run, orbit), single = player.run_errors(given, table[:first, 2:4]), player.single_errors(given)
     return {
         "p50": float(np.median(least)), "p99.99": float(np.percentile(least, 99.99)), "longest": float(least.max()),
-        "ratio": float(least.max() / np.median(least)), "once": float(once.max()), "work": float(table[:, 4].max()),
-        "cut short": float(table[-1, 5] / steps), "compared": len(run),
-        "run p50": float(np.median(run)), "run p99": float(np.percentile(run, 99)), "orbit": orbit,
+        "ratio": float(least.max() / np.median(least)), "once": float(once.max()), "work": float(np.nanmax(table[:, 4])), "ended": int(ended.sum()),
+        "cut short": float((cut > 0).sum() / steps), "compared": len(run),
+        "run p50": float(np.median(run)), "run p99": float(np.percentile(run, 99)),
+        "orbit": orbit,
         "single p99": float(np.percentile(single, 99)),
         "single largest": float(single.max()),
     }  # fmt: skip
@@ -151,9 +157,9 @@ def paced(player: Player, steps: int, seed: int) -> dict[str, object]:
     table, note = player.play(rows("all", steps, seed), paced=True)
     response = 1e6 * table[:, 0]
     return {
-        "scheduler": note, "steps": steps, "missed": int((table[:, 0] > SAMPLE).sum()),
-        "p50": float(np.median(response)), "p99.99": float(np.percentile(response, 99.99)),
-        "longest": float(response.max()),
+        "scheduler": note, "steps": steps, "missed": int((~(table[:, 0] <= SAMPLE)).sum()),
+        "p50": float(np.nanmedian(response)), "p99.99": float(np.nanpercentile(response, 99.99)),
+        "longest": float(np.nanmax(response)),
     }  # fmt: skip
 
 
