@@ -438,8 +438,8 @@ def _clearance(case: DesignCase) -> Plain:
         "curves": [_curve("onset of whirl", at, onset, 0), _curve("speed of the modes", ends, own, -1, dash=True)],
         "heads": list(heads), "rows": [cells(row) for row in rows],
         "notes": [" ".join(best) or "There is no result.",
-                  f"Damping at {case.speed:g} rpm. Without an onset no mode grows up to {2 * case.top:g} rpm, or the "
-                  "film does not carry."],
+                  f"Damping at {case.speed:g} rpm, the dashed line. Without an onset no mode grows up to "
+                  f"{2 * case.top:g} rpm, or the film does not carry."],
     }  # fmt: skip
 
 

@@ -100,7 +100,10 @@ function marks(axis, most) {
   const found = ticks(axis.low, axis.high, most);
   if (!axis.log) return found.map((v) => [v, short(v)]);
   const whole = found.filter((v) => Number.isInteger(Number(v.toFixed(9))));
-  return whole.map((v) => [10 ** v, `1e${Math.round(v)}`]);
+  if (whole.length > 2) return whole.map((v) => [10 ** v, `1e${Math.round(v)}`]);
+  const decades = Array.from({ length: Math.floor(axis.high) - Math.floor(axis.low) + 1 }, (_, k) => 10 ** (Math.floor(axis.low) + k));
+  const inside = (v) => Math.log10(v) >= axis.low - 1e-9 && Math.log10(v) <= axis.high + 1e-9;
+  return decades.flatMap((v) => [v, 2 * v, 5 * v]).filter(inside).map((v) => [v, short(v)]);
 }
 
 function frame(g, colours, box, map, x, y, answer) {
