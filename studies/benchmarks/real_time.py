@@ -143,9 +143,9 @@ def measured(player: Player, kind: str, steps: int, seed: int) -> dict[str, floa
     (run, orbit), single = player.run_errors(given, table[:first, 2:4]), player.single_errors(given)
     return {
         "p50": float(np.median(least)), "p99.99": float(np.percentile(least, 99.99)), "longest": float(least.max()),
-        "ratio": float(least.max() / np.median(least)), "once": float(once.max()), "work": float(np.nanmax(table[:, 4])), "ended": int(ended.sum()),
-        "cut short": float((cut > 0).sum() / steps), "compared": len(run),
-        "run p50": float(np.median(run)), "run p99": float(np.percentile(run, 99)),
+        "ratio": float(least.max() / np.median(least)), "once": float(once.max()),
+        "work": float(np.nanmax(table[:, 4])), "ended": int(ended.sum()), "cut short": float((cut > 0).sum() / steps),
+        "compared": len(run), "run p50": float(np.median(run)), "run p99": float(np.percentile(run, 99)),
         "orbit": orbit,
         "single p99": float(np.percentile(single, 99)),
         "single largest": float(single.max()),
