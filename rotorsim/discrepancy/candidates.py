@@ -168,9 +168,9 @@ def _place_name(machine: Machine, z: float) -> str:
     for number, disc in enumerate(machine.discs):
         if abs(disc.position - z) < ONE_PLACE:
             return f"disc {number + 1}"
-    for name, bearing in zip(machine.bearing_names, machine.bearings, strict=True):
+    for name, bearing in zip(machine.bearings_in_words, machine.bearings, strict=True):
         if abs(bearing.position - z) < ONE_PLACE:
-            return f"the bearing {name}"
+            return name
     ends = {"the left end": machine.shaft.start, "the right end": machine.shaft.end}
     return next((name for name, end in ends.items() if abs(end - z) < ONE_PLACE), f"the shaft at {1e3 * z:.6g} mm")
 

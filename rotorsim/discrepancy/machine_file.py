@@ -185,7 +185,7 @@ def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]
     place, size, sd = key.replace("_", " "), *calibration[key]
     if key.startswith("bearing."):
         _, number, last = key.split(".")
-        place = f"the loss c / k^2 of the bearing {machine.bearing_names[int(number)]} along {last[1]}"
+        place = f"the loss c / k^2 of {machine.bearings_in_words[int(number)]} along {last[1]}"
     elif key == "shaft_shear":
         place = "the softening of the shaft by shear"
     elif key.startswith("actuator_"):
@@ -230,7 +230,7 @@ def _of_bearing(
     of_k, of_c = sd_k / (1 - stiffer), sd_c / (1 + lossier)
     together = 4 * related.get(f"bearing.{place}.c{axis}", 0.0) * of_k * of_c
     shares = (of_k, sqrt(max(of_c**2 + 4 * of_k**2 + together, 0.0)))
-    name = f"{('stiffness', 'damping')[i]} {what}{axis}{axis} of the bearing {machine.bearing_names[int(place)]}"
+    name = f"{('stiffness', 'damping')[i]} {what}{axis}{axis} of {machine.bearings_in_words[int(place)]}"
     for number, (value, old) in enumerate(zip(new[i].tolist(), before[i].tolist(), strict=True)):
         at, shown = "", ""
         if bearing.speeds.size:

@@ -463,7 +463,7 @@ def _simultaneous(trials: Sequence[Trial]) -> list[list[int]]:
     found: dict[str, list[int]] = {}
     for i, trial in enumerate(trials):
         if not trial.orders and trial.probe_angle is None:
-            found.setdefault(trial.name.partition(", ")[0] if trial.other_plane else trial.name, []).append(i)
+            found.setdefault(trial.name.rpartition(", ")[0] if trial.other_plane else trial.name, []).append(i)
     return list(found.values())
 
 

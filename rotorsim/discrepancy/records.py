@@ -8,6 +8,7 @@ assumed: a diagnosis stops with the sentence. Effects that a set of records cann
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -169,11 +170,11 @@ def check_ring(machine: Machine, trial: Trial) -> None:
 
 
 def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[str, xr.Dataset]]:
-    """Names and Datasets of records; a folder gives its .nc files, sorted by name."""
-    out: list[tuple[str, xr.Dataset]] = []
+    """Names and Datasets of records, no two of one name; a folder gives its .nc files, sorted by name."""
+    out: list[tuple[tuple[str, ...], xr.Dataset]] = []
     for i, source in enumerate(sources):
         if not isinstance(source, (str, Path)):
-            out.append((str(source.attrs.get("record", f"record {i + 1}")), source))
+            out.append(((str(source.attrs.get("record", f"record {i + 1}")),), source))
             continue
         path = Path(source)
         files = sorted(path.rglob("*.nc")) if path.is_dir() else [path]
@@ -181,10 +182,24 @@ def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[s
             raise DataError(f"{path}: no .nc record in it; give a folder of records or name the files")
         for file in files:
             try:
-                out.append((file.stem, read(file, mapping)))
+                out.append(((*file.parent.parts, file.stem), read(file, mapping)))
             except (ReadError, SchemaError) as error:
                 raise DataError(str(error)) from error
-    return out
+    return list(zip(distinct_names([path for path, _ in out]), [record for _, record in out], strict=True))
+
+
+def distinct_names(paths: Sequence[tuple[str, ...]]) -> list[str]:
+    """Last parts of paths, with as many folders as make them different; a number where none do."""
+    found = {path: path[-1] for path in paths}
+    for depth in range(2, max(map(len, paths), default=0) + 1):
+        alike = Counter(found.values())
+        found = {path: "/".join(path[-depth:]) if alike[name] > 1 else name for path, name in found.items()}
+    names = [found[path] for path in paths]
+    alike, seen = Counter(names), Counter[str]()
+    for i, name in enumerate(names):
+        seen[name] += 1
+        names[i] = f"{name} ({seen[name]})" if alike[name] > 1 else name
+    return names
 
 
 def record_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:

@@ -381,7 +381,7 @@ def part_name(twin: Twin, part: str) -> str:
     """Part of the machine, by the beginning of its keys, as a law's place is named."""
     name, _, number = part.partition(".")
     if name == "bearing":
-        return f"the bearing {twin.machine.bearing_names[int(number)]}"
+        return twin.machine.bearings_in_words[int(number)]
     if not number:
         return "the shaft"
     z = getattr(twin.effect(name, int(number)), "position", None)

@@ -82,6 +82,11 @@ class MachineTables(Part):
         return tuple(b.name or f"bearing {i}" for i, b in enumerate(self.bearings))
 
     @property
+    def bearings_in_words(self) -> tuple[str, ...]:
+        """Every bearing as a sentence names it: 'the bearing left', or 'bearing 0' where it has no name."""
+        return tuple(f"the bearing {b.name}" if b.name else f"bearing {i}" for i, b in enumerate(self.bearings))
+
+    @property
     def disc_names(self) -> tuple[str, ...]:
         """Name of every disc; 'disc 0' and so on, as the machine file counts them, where it has none."""
         return tuple(d.name or f"disc {i}" for i, d in enumerate(self.discs))

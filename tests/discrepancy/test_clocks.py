@@ -11,6 +11,7 @@ from rotorsim.discrepancy import hide
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
+from rotorsim.discrepancy.mistakes import _simultaneous
 from rotorsim.discrepancy.records import make_trial, make_trials, open_records
 from rotorsim.discrepancy.trial import clock_offset, delayed, drift_of, without_drift
 from rotorsim.machine import load_machine
@@ -74,3 +75,16 @@ def test_the_residual_of_a_record_with_another_clock_is_that_of_one_with_the_sam
     assert not none and sd > 0
     assert offset == pytest.approx(1.234e-3, abs=2e-6)
     assert apart["same"].clock_offsets(ParameterPoint()) == {}
+
+
+def test_records_of_one_name_in_two_folders_stay_two_records(tmp_path):
+    """Two speeds recorded as steady.nc: names by their folders, by a number where nothing else is different."""
+    machine = load_machine("plain_rotor")
+    for name, record in hit(machine)[:2]:
+        (tmp_path / name).mkdir()
+        record.to_netcdf(tmp_path / name / "steady.nc", engine="h5netcdf")
+    files = sorted(tmp_path.rglob("*.nc"))
+    names = [f"{file.parent.name}/steady" for file in files]
+    assert [name for name, _ in open_records(files)] == names
+    assert [name for name, _ in open_records([files[0], *files])] == [f"{names[0]} (1)", f"{names[0]} (2)", names[1]]
+    assert len(_simultaneous(make_trials(machine, open_records(files), "fit"))) == 2

@@ -26,8 +26,8 @@ def keys(machine, effect, only=None):
 
 
 def test_a_seal_is_a_candidate_at_every_disc_and_support(two_discs):
-    ends = two_discs.bearing_names
-    places = {"disc 1", "disc 2", *(f"the bearing {name}" for name in ends)}
+    ends = two_discs.bearings_in_words
+    places = {"disc 1", "disc 2", *ends}
     assert keys(two_discs, "labyrinth_seal") == {
         f"labyrinth_seal.{p} of {place}" for p in ("damping", "cross_stiffness") for place in places
     }
@@ -43,7 +43,7 @@ def test_a_place_that_the_machine_file_states_is_kept(two_discs):
 def test_the_supports_of_a_single_disc_are_candidates_and_the_disc_is_not_named(position):
     """A seal that the file states at the only disc is still at one place."""
     machine = load_machine("plain_rotor")
-    places = {"", *(f" of the bearing {name}" for name in machine.bearing_names)}
+    places = {"", *(f" of {name}" for name in machine.bearings_in_words)}
     if position is not None:
         (disc,) = machine.discs
         machine = machine.replace("effects.labyrinth_seal", {"damping": "10 N*s/m", "position": f"{disc.position} m"})
