@@ -196,11 +196,11 @@ def about(found: ModesOverSpeed) -> dict[str, Any]:
 
 
 def critical_rows(found: xr.Dataset) -> list[tuple[int, float, str, float, str, int]]:
-    """Critical speeds of a Campbell diagram: order, speed [rpm], direction, damping ratio, sense of whirl, branch."""
+    """Critical speeds of a diagram: order, speed [rpm], how a natural frequency passes it, damping, whirl, branch."""
     names = ("order", "speed", "direction", "zeta", "whirl", "branch")
     columns = [found[f"critical_{name}"].values.tolist() for name in names]
     return [
-        (int(order), speed * TO_RPM, "upward" if direction > 0 else "downward", zeta, str(whirl), int(branch))
+        (int(order), speed * TO_RPM, "rises above" if direction > 0 else "falls below", zeta, str(whirl), int(branch))
         for order, speed, direction, zeta, whirl, branch in zip(*columns, strict=True)
     ]
 

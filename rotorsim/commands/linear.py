@@ -158,7 +158,7 @@ def _criticals(found: xr.Dataset) -> tuple[dict[str, Any], list[tuple[str, str]]
                "missing": _finite(found["missing"].values), "warnings": options.warn_of(found)}  # fmt: skip
     rows = [
         (f"{c['order']}X critical speed",
-         f"{c['rpm']:.0f} rpm, {c['direction']}, damping {c['zeta']:.3g}, {c['whirl']}, mode {c['mode']}")
+         f"{c['rpm']:.0f} rpm, where mode {c['mode']} {c['direction']} it, damping {c['zeta']:.3g}, {c['whirl']}")
         for c in criticals
     ]  # fmt: skip
     return numbers, [("modes", modes_line(found)), *rows, ("searched", searched_line(found))]

@@ -137,7 +137,7 @@ def campbell_page(found: xr.Dataset) -> Page:
 def criticals(found: xr.Dataset) -> list[tuple[object, ...]]:
     """Critical speeds: order, speed [rpm], how the natural frequency passes, damping, amplification, whirl, mode."""
     return [
-        (f"{order}X", f"{rpm:.0f}", "rises above" if direction == "upward" else "falls below", zeta,
+        (f"{order}X", f"{rpm:.0f}", direction, zeta,
          f"{1 / (2 * zeta):.3g}" if zeta > 0 else "grows", whirl, str(mode))
         for order, rpm, direction, zeta, whirl, mode in critical_rows(found)
     ]  # fmt: skip

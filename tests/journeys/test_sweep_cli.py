@@ -74,7 +74,7 @@ def test_a_campbell_diagram_has_the_modes_that_were_asked_for(run, tmp_path):
                        "--json", "--out", "c")  # fmt: skip
     printed = json.loads(out)
     assert code == 0 and [round(one["rpm"]) for one in printed["criticals"] if one["order"] == 1] == [2647, 2647]
-    assert printed["missing"] == [0] * 7 and {one["direction"] for one in printed["criticals"]} == {"downward"}
+    assert printed["missing"] == [0] * 7 and {one["direction"] for one in printed["criticals"]} == {"falls below"}
     with xr.open_dataset(tmp_path / "c" / "campbell.nc", engine="h5netcdf") as found:
         assert found["wn"].shape == (6, 7) and "undamped_critical_speed" in found
     assert "Critical speeds over the bearings" in (tmp_path / "c" / "report.html").read_text()
