@@ -19,7 +19,7 @@ from latex2mathml.converter import convert
 from fmu.archive import ROWS, number, text
 from fmu.importer import Reference, table
 from fmu.linear_units import LawUnit, LinearUnit
-from fmu.model import DEFINES, PlantUnit, Unit, identifier, software
+from fmu.model import PlantUnit, Unit, identifier, software, state_layout
 from fmu.variables import UnitVariable, fmi_name
 from rotorsim.base.quantity import UNLIMITED
 from rotorsim.base.units import MPA, TO_RPM, show
@@ -222,8 +222,6 @@ def terminals(model: Unit) -> Element:
     return root
 
 
-STATE_HEAD = 128
-"""Bytes of a unit's State (fmu/c/unit.h) before its inputs."""
 A2L = Template("""ASAP2_VERSION 1 71
 /begin PROJECT $name "Addresses are offsets from the pointer fmi3Instance; model $hash"
 /begin MODULE $name ""
@@ -240,15 +238,14 @@ def addresses(model: Unit) -> str:
     All are float64, integers and booleans too. A parameter written there acts from the next step on, without the checks
     that setting it through FMI makes.
     """
-    sizes = {
-        name: int(str(n)) for name, n in (DEFINES | dict(model.defines())).items() if name in ("N_INPUTS", "N_OUT")
-    }
-    first = {"input": 0, "output": sizes["N_INPUTS"], "parameter": sizes["N_INPUTS"] + sizes["N_OUT"]}
+    fields = state_layout(model, "parameters")[0].fields
+    assert fields is not None
+    first = {"input": fields["inputs"][1], "output": fields["outputs"][1], "parameter": fields["parameters"][1]}
     rows = []
     for v in model.variables:
         if v.store not in first or v.shape or (v.store == "parameter" and not v.tunable):
             continue
-        place = f"0x{STATE_HEAD + 8 * (first[v.store] + v.index):X}"
+        place = f"0x{first[v.store] + 8 * v.index:X}"
         doc, ends = json.dumps(v.doc, ensure_ascii=True), f"{max(v.low, -1e30)!r} {min(v.high, 1e30)!r}"
         unit = "" if v.unit == "1" else f' PHYS_UNIT "{fmi_name(v.unit)}"'
         if v.store == "output":

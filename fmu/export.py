@@ -24,7 +24,7 @@ from fmu.law_code import write_law
 from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, as_identifier, check_name, header, identifier, source
 from fmu.sources import SHARED, build_description, list_sources, source_files
-from fmu.turned import Over
+from fmu.turned import Over, listed
 from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.files import write_text
@@ -60,7 +60,7 @@ def plant_unit(
     limit, why = speed_limit(plant.machine)
     if abs(speed) > limit:
         raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
-    offered = tuple((path, tuple(values)) for path, values in (over or {}).items())
+    offered = tuple((path, listed(path, values)) for path, values in (over or {}).items())
     return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0, over=offered)
 
 

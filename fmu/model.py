@@ -228,6 +228,14 @@ class PlantUnit(Unit):
                 raise DataError(
                     "over: a machine of these values has kernels, or limits of a run, of its own; export it by itself"
                 )
+            for v in own.variables:
+                if v.store == "parameter" and unit.assembly.numbers[v.index] != own.assembly.numbers[v.index]:
+                    raise DataError(
+                        f"over: these values change the start of {v.name}, which can be set; state it in the machine "
+                        "file, or export such a machine by itself",
+                        argument="over",
+                        value=v.name,
+                    )
         return found
 
     @cached_property
@@ -439,14 +447,16 @@ def state_of(unit: PlantUnit, simulation: Simulation) -> bytes:
     return row.tobytes()
 
 
-def state_layout(unit: Unit) -> tuple[np.dtype[Any], int]:
-    """Members of a state as unit.h declares them, and the phase between two steps."""
+def state_layout(unit: Unit, last: str = "w") -> tuple[np.dtype[Any], int]:
+    """Members of a state as unit.h declares them, up to the `last`, and the phase between two steps."""
     text = (Path(__file__).parent / "c" / "unit.h").read_text(encoding="utf-8")
     [(members,), (phases,)] = (re.findall(rf"typedef {start}{{([^}}]*)}} {name};", text) for start, name in STATE_TYPES)
     known: dict[str, Any] = {**DEFINES, **unit.defines()}
     kinds: list[Any] = []
     for kind, names in re.findall(r"(\w+) ([^;]+);", members):
         for name, size in re.findall(r"(\w+)(?:\[([^]]+)\])?", names):
+            if kinds and kinds[-1][0] == last:
+                break
             count = sum(int(known.get(word, word)) for word in size.split(" + ")) if size else 0
             kinds.append((name, f"S{count}") if kind == "char" else (name, STATE_NUMBERS[kind], (count,) * bool(size)))
     return np.dtype(kinds), phases.replace(",", " ").split().index("STEPPING")

@@ -10,7 +10,7 @@ reproduces there to the last bit, or that changes more than entries, stays fixed
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -241,12 +241,31 @@ class Choice:
     values: tuple[float, ...]
 
 
-Over = Mapping[str, Sequence[float | str]]
-"""Values, in SI or as text with units, by paths of the machine."""
+Over = Mapping[str, float | str | Sequence[float | str]]
+"""Values, in SI or as text with units, one or several, by paths of the machine."""
+
+
+def listed(path: str, values: float | str | Sequence[float | str]) -> tuple[float | str, ...]:
+    """The values offered for a path, of which one needs no list; raises DataError for none."""
+    found = tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else (values,)
+    if not found:
+        raise DataError(f"over: {path} has no values; give one or more, or leave it out", argument=path, value=values)
+    return found
+
+
+def _in_si(path: str, value: float | str, unit: str) -> float:
+    """A value offered, in SI; raises DataError for one that is not a number of its unit."""
+    try:
+        return parse(value, unit) if isinstance(value, str) else float(value)
+    except (TypeError, ValueError) as error:
+        fault = error if isinstance(value, str) else f"{value!r} is not a number"
+        raise DataError(f"over: {path}: {fault}", argument=path, value=value) from error
 
 
 def read_choices(a: Assembly, over: Over) -> tuple[Choice, ...]:
-    """Numbers of a machine that a unit offers; raises DataError for a path without a number, and for too many machines.
+    """Numbers of a machine that a unit offers.
+
+    Raises DataError for a path without a number, a value that is none, and too many machines.
 
     The machine's own value is added where it is not among the values.
     """
@@ -259,7 +278,7 @@ def read_choices(a: Assembly, over: Over) -> tuple[Choice, ...]:
             own = a.mesh.place(owner)
         if quantity is None or own is None:
             raise DataError(f"over: {path} leads to no number of {a.machine.name}; write e.g. 'discs.0.mass'")
-        others = [parse(x, quantity.unit) if isinstance(x, str) else float(x) for x in values]
+        others = [_in_si(path, x, quantity.unit) for x in listed(path, values)]
         found.append(Choice(path, name, quantity, tuple(dict.fromkeys([float(own), *others]))))
     count = math.prod(len(one.values) for one in found)
     if count > MOST_MACHINES:

@@ -34,9 +34,11 @@ __all__ = ["check", "export", "info", "law_code", "state", "system"]
 
 
 def unit_of(
-    subject: Subject, speed: float | None, pressure: float | None, over: Over | None = None
+    subject: Subject, speed: float | None, pressure: float | None, over: Over | None = None, clocked: bool = False
 ) -> PlantUnit | LinearUnit | LawUnit:
-    """Unit of a plant, a machine, a model or a law; raises DataError for anything else."""
+    """Unit of a plant, a machine, a model or a law, with a clock if asked for; raises DataError for anything else."""
+    if clocked:
+        return _export.clocked(unit_of(subject, speed, pressure, over))
     if isinstance(subject, Machine) or (isinstance(subject, (str, Path)) and Path(subject).suffix not in MODEL_FILES):
         subject = Plant(subject)
     if isinstance(subject, Plant):
@@ -90,7 +92,7 @@ def export(
     source : bool
         Put the unit's sources next to its binaries.
     over : mapping, optional
-        Values that the unit offers, in SI or as text, by paths of the machine: {"discs.0.mass": [1.2, "1.8 kg"]}.
+        Values, in SI or as text, that the unit offers by paths of the machine: {"discs.0.mass": [1.2, "1.8 kg"]}.
     clocked : bool
         A law that answers at the ticks of a periodic clock (FMI 3.0).
 
@@ -110,9 +112,8 @@ def export(
     'law.fmu'
     """
     chosen = _export.versions(",".join(map(str, fmi)))
-    unit = _export.named(unit_of(subject, speed, pressure, over), name)
-    unit = _export.clocked(unit) if clocked else unit
-    return _export.export(unit, Path(out), chosen, choose(targets), cpu, announce, source)
+    unit = unit_of(subject, speed, pressure, over, clocked)
+    return _export.export(_export.named(unit, name), Path(out), chosen, choose(targets), cpu, announce, source)
 
 
 def law_code(

@@ -57,12 +57,16 @@ static bool refuse(Unit *u, uint32_t reference, const char *text) {
     return false;
 }
 
-/* The value, or the nearest one of the list that it is chosen from; NAN after a sentence where none is near. */
-static double offered(Unit *u, uint32_t reference, double value) {
+/* The list that a variable is chosen from; NULL where it has none. */
+static const Choice *list_of(const Variable *v) {
+    for (const Choice *c = choices; c < &choices[N_CHOICES]; c++)
+        if (v->store == TURNED && c->turned == v->index) return c;
+    return NULL;
+}
+
+/* The one of a list that a value is near; NAN after a sentence where none is. */
+static double offered(Unit *u, uint32_t reference, const Choice *c, double value) {
     const Variable *v = &variables[reference];
-    const Choice *c = choices;
-    while (c < &choices[N_CHOICES] && (v->store != TURNED || c->turned != v->index)) c++;
-    if (c == &choices[N_CHOICES]) return value;
     char text[400];
     size_t n = (size_t)snprintf(text, sizeof text, "%s = %g %s: is not offered by this unit; give one of", v->name, value, v->unit);
     for (const double *one = &chosen[c->first]; one < &chosen[c->first + c->count]; one++) {
@@ -86,7 +90,6 @@ static bool fits(Unit *u, uint32_t reference, double value) {
                      v->low, v->high);
         return refuse(u, reference, text);
     }
-    if (u->has_refused && u->refused == reference) u->has_refused = false;
     return true;
 }
 
@@ -105,7 +108,9 @@ bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
     if (v->store == INPUT) {
         u->s.inputs[v->index] = value; /* judged when it is used */
     } else {
-        if (!fits(u, reference, value) || isnan(value = offered(u, reference, value))) return false;
+        const Choice *c = list_of(v);
+        if (c ? isnan(value = offered(u, reference, c, value)) : !fits(u, reference, value)) return false;
+        if (u->has_refused && u->refused == reference) u->has_refused = false;
         if (v->store == SEED) u->s.seed = value;
         if (v->store == PARAMETER) u->s.parameters[v->index] = value;
         if (v->store == TURNED) u->s.turned[v->index] = value;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -105,17 +106,11 @@ def export(
     if law is not None and model != "plant":
         raise DataError("--law and --model: a unit holds one of them; give one")
     of_plant = law is None and model == "plant"
-    if not of_plant and (settings != PlantOptions() or over):
-        raise DataError(
-            "--grid, --time-step, --set and --over: change the plant, not a law or an identified model; leave them out"
-        )
-    if real_time and not of_plant:
-        raise DataError("--real-time: bounds the steps of a plant; a law and an identified model have none to bound")
+    if not of_plant:
+        _refuse_for_plants(settings != PlantOptions() or bool(over), real_time)
     plant = settings.plant(machine) if of_plant else None
     if c_only:
-        if law is None:
-            raise DataError("--c-only: writes a control law; give one with --law")
-        _write_code(law, name, out, precision, force, as_json)
+        _write_code(law, name, out, precision, clocked, force, as_json)
         return
     from fmu.export import bounded, choose, clocked as ticking, export as write, file_names, named, versions
     from fmu.importer import info as facts
@@ -123,8 +118,7 @@ def export(
     out = out or Path("rotor.fmu")
     chosen, platforms, start = versions(fmi), choose(unit.targets), unit.start
     with files(*file_names(out, chosen).values(), force=force):
-        offered = {field.path: field.values for field in map(read_field, over or ())}
-        made = _unit_of(bounded(plant) if plant and real_time else plant, law, Path(model), start, offered)
+        made = _unit_of(bounded(plant) if plant and real_time else plant, law, Path(model), start, _offered(over or ()))
         announce = partial(typer.echo, err=True)
         made = ticking(made) if clocked else made
         paths = write(named(made, name), out, chosen, platforms, unit.cpu, announce, source)
@@ -136,8 +130,32 @@ def export(
         typer.echo(f"{path}: written, {path.stat().st_size / 1000:.0f} kB{needs}; try 'rotorsim fmu check {path}'")
 
 
-def _write_code(law: Path, name: str | None, out: Path | None, precision: str, force: bool, as_json: bool) -> None:
-    """Write a law as C99 without FMI."""
+def _refuse_for_plants(changed: bool, real_time: bool) -> None:
+    """Raise DataError for options of a plant that are given with a law or an identified model."""
+    if changed:
+        raise DataError(
+            "--grid, --time-step, --set and --over: change the plant, not a law or an identified model; leave them out"
+        )
+    if real_time:
+        raise DataError("--real-time: bounds the steps of a plant; a law and an identified model have none to bound")
+
+
+def _offered(over: Sequence[str]) -> Over:
+    """Values by paths, of all options together; a number without a unit stays text, which is judged by its field."""
+    found: dict[str, tuple[str, ...]] = {}
+    for field in map(read_field, over):
+        found[field.path] = (*found.get(field.path, ()), *map(str, field.values))
+    return found
+
+
+def _write_code(
+    law: Path | None, name: str | None, out: Path | None, precision: str, clocked: bool, force: bool, as_json: bool
+) -> None:
+    """Write a law as C99 without FMI; raises DataError without one, and for a clock."""
+    if law is None:
+        raise DataError("--c-only: writes a control law; give one with --law")
+    if clocked:
+        raise DataError("--clocked: is for units of FMI 3.0, and --c-only writes C without FMI; leave one out")
     from fmu.export import code_names, export_code, law_unit, named
     from fmu.model import identifier
 

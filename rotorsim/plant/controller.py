@@ -276,7 +276,7 @@ def plant_system(simulation: Simulation) -> Any:
     which the package takes where it is given none.
     """
     control = foreign.control_package()
-    start, name = simulation.save(), simulation.assembly.machine.name
+    start, name = simulation.w.copy(), simulation.assembly.machine.name
     kept: dict[str, Any] = {"x": None}
 
     def advanced(x: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -286,7 +286,7 @@ def plant_system(simulation: Simulation) -> Any:
         if kept["x"] is None or not (np.array_equal(kept["x"], x) and np.array_equal(kept["u"], u)):
             simulation.restore(x)
             table = simulation.advance(np.asarray(u, float)[None])
-            kept.update(x=np.array(x), u=np.array(u), disc=table[0, layout.DISC], after=simulation.save())
+            kept.update(x=np.array(x), u=np.array(u), disc=table[0, layout.DISC], after=simulation.w.copy())
         return kept["disc"], kept["after"]
 
     system = control.NonlinearIOSystem(

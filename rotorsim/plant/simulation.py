@@ -232,7 +232,7 @@ FINITE = ("supply pressure", "reference x", "reference y", "disc force x", "disc
 
 @dataclass(repr=False)
 class Simulation(Shown):
-    """State of a machine in time. `w` holds everything: copy it to save, write it back to restore."""
+    """State of a machine in time: `w`, and whether it coasts. `save` copies both, `restore` takes them back."""
 
     assembly: Assembly
     w: np.ndarray
@@ -304,12 +304,13 @@ class Simulation(Shown):
         a = self.assembly
         rows = np.array(inputs, float)
         _check_inputs(a, rows)
-        self.coasts = bool(np.isnan(rows[-1:, 0]).any())
         if not a.machine.fed:
             rows[:, SUPPLY] = 0.0  # no injector feels a supply: the record has the ambient's
         rows[:, SUPPLY] += a.machine.gas.ambient_pressure
         out = np.zeros((len(rows), self.columns))
         done = a.module.run(self.w, a.ix, a.parameters, rows, out, a.steps_per_sample)
+        if done > 0:
+            self.coasts = bool(np.isnan(rows[done - 1, 0]))
         if done < len(rows):
             speed = self.w[a.rotor.speed] * TO_RPM
             raise ConvergenceError(
@@ -320,12 +321,13 @@ class Simulation(Shown):
         return out
 
     def save(self) -> np.ndarray:
-        """Everything about the state."""
-        return self.w.copy()
+        """Everything about the state: `w`, and behind it 1 where the drive is off."""
+        return np.append(self.w, self.coasts)
 
     def restore(self, saved: np.ndarray) -> None:
-        """Take back a saved state."""
-        self.w[:] = saved
+        """Take back a saved state, or a `w` of a shaft that is driven."""
+        self.w[:] = saved[: self.w.size]
+        self.coasts = bool(saved[self.w.size :].any())
 
     def film_pressure(self, number: int = 0) -> np.ndarray:
         """Pressure (n_theta, n_z) [Pa, absolute] of a film now."""

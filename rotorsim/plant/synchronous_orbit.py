@@ -62,7 +62,7 @@ def start_on_orbit(a: Assembly, speed: float, pressure: float, seed: int = 0) ->
     simulation = Simulation.at_equilibrium(a, speed, pressure, seed)
     if abs(speed) * LONGEST_TURN < 2 * np.pi:
         return simulation
-    orbit = find_orbit(a, simulation.save(), speed, pressure)
+    orbit = find_orbit(a, simulation.w.copy(), speed, pressure)
     if orbit.w is not None and orbit.growth <= 0.0:
         simulation.restore(orbit.w)
         simulation.on_orbit = True

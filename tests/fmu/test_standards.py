@@ -2,6 +2,8 @@
 
 import io
 import zipfile
+from contextlib import ExitStack
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,23 +82,75 @@ def test_a_system_of_ssp_2_has_connectors_and_start_values_in_files_of_their_own
     from fmu.ssp import DRIVEN, CoupledUnits, write_system
 
     both = {name: all_files[f"{name} 3"].read_bytes() for name in ("plant", "law")}
-    file = write_system(model, LawUnit(scheduled_law()), both, tmp_path / "loop.ssp", 2)
+    started = replace(model, speed=200.0, pressure=0.5e6)  # its units start at 0 and 0.3 MPa by themselves
+    file = write_system(started, LawUnit(scheduled_law()), both, tmp_path / "loop.ssp", 2)
+    [sentence] = findings(file)
+    assert "SystemStructure.ssd" in sentence and "SSP 2.0" in sentence
+    read = read_system(file)
+    assert set(DRIVEN) == {name for element, name in read["start"] if element == "plant"}
+    n = 50
+    inputs = {"shaft.speed_ref": np.full(n, 200.0), "injection.pressure": np.full(n, 0.5e6)}
+    force, shown = {"disc.force_x": np.full(n, 5.0)}, ("disc.x", "disc.y")
+    with CoupledUnits(all_files["system 3"]) as old:
+        truth, at_rest = (old.run(given | force, shown) for given in (inputs, {}))
+    found = played(read, tmp_path, force, shown)
+    assert np.array_equal(found, truth) and not np.array_equal(found, at_rest)
+
+
+def read_system(file):
+    """Units, start values by element and variable, and connections of a system, as its files state them."""
+    from xml.etree import ElementTree
+
+    def tagged(root, tag):
+        return [one for one in root.iter() if one.tag.endswith("}" + tag)]
+
     with zipfile.ZipFile(file) as archive:
-        root = ElementTree.fromstring(archive.read("SystemStructure.ssd"))
-        names = {name.split("}")[1] for one in root.iter() for name in [one.tag]}
-        sources = [one.get("source") for one in root.iter() if one.get("source")]
-        assert set(sources) <= set(archive.namelist()) and len(sources) == 4
-        values, mapping = (ElementTree.fromstring(archive.read(f"resources/start.{end}")) for end in ("ssv", "ssm"))
-    assert root.get("version") == values.get("version") == mapping.get("version") == "2.0"
-    assert "ParameterMapping" in names
-    given = {one.get("name") for one in values.iter() if one.tag.endswith("Parameter")}
-    assert given == {one.get("source") for one in mapping} and {one.get("target") for one in mapping} == set(DRIVEN)
-    system = next(one for one in root if one.tag.endswith("System"))
-    outer = {one.get("name") for one in system[0]}
-    ends = [one for one in root.iter() if one.tag.endswith("}Connection")]
-    open_ends = {one.get("startConnector") for one in ends if not one.get("startElement")}
-    open_ends |= {one.get("endConnector") for one in ends if not one.get("endElement")}
-    assert set(DRIVEN) < outer == open_ends
-    inputs = {"disc.force_x": np.full(50, 5.0)}
-    with CoupledUnits(file) as new, CoupledUnits(all_files["system 3"]) as old:
-        np.testing.assert_array_equal(new.run(inputs), old.run(inputs))
+        files = {name: archive.read(name) for name in archive.namelist()}
+    root = ElementTree.fromstring(files["SystemStructure.ssd"])
+    assert root.get("version") == "2.0"
+    units, start = {}, {}
+    for part in tagged(root, "Component"):
+        units[part.get("name")] = files[part.get("source")]
+        for binding in tagged(part, "ParameterBinding"):
+            values, mapping = (
+                ElementTree.fromstring(files[one.get("source")])
+                for one in (binding, *tagged(binding, "ParameterMapping"))
+            )
+            given = {one.get("name"): float(one[0].get("value")) for one in tagged(values, "Parameter")}
+            for entry in tagged(mapping, "MappingEntry"):
+                start[part.get("name"), entry.get("target")] = given[entry.get("source")]
+    keys = ("startElement", "startConnector", "endElement", "endConnector")
+    wires = [tuple(one.get(key) for key in keys) for one in tagged(root, "Connection")]
+    outer = tagged(root, "System")[0][0]
+    kinds = {one.get("name"): one.get("kind") for one in outer}
+    assert {name for name, kind in kinds.items() if kind == "input"} == {b for a, b, _, _ in wires if a is None}
+    assert {name for name, kind in kinds.items() if kind == "output"} == {b for _, _, a, b in wires if a is None}
+    return {"units": units, "start": start, "wires": wires}
+
+
+def played(read, folder, inputs, outputs):
+    """Outputs (n + 1, outputs) of a system for inputs (n,), both at its own connectors, over its own wires alone."""
+    from fmu.importer import ImportedUnit
+
+    with ExitStack() as stack:
+        parts = {}
+        for name, data in read["units"].items():
+            (folder / f"{name}.fmu").write_bytes(data)
+            parts[name] = stack.enter_context(ImportedUnit(folder / f"{name}.fmu")).instance(name)
+        for name, part in parts.items():
+            part.initialise({v: x for (element, v), x in read["start"].items() if element == name})
+        rows = []
+        for k in range(len(next(iter(inputs.values()))) + 1):
+            for element, name, to, target in read["wires"]:
+                if element and to:
+                    parts[to].set({target: parts[element].get([name])[0]})
+                elif to and name in inputs and k < len(inputs[name]):
+                    parts[to].set({target: inputs[name][k]})
+            ends = {target: parts[element].get([name])[0] for element, name, to, target in read["wires"] if not to}
+            rows.append([ends[name] for name in outputs])
+            if k < len(next(iter(inputs.values()))):
+                for part in parts.values():
+                    part.step(k * 2e-4, 2e-4)
+        for part in parts.values():
+            part.close()
+    return np.array(rows)

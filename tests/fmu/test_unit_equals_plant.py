@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from law_models import scheduled_law
+from lpv_models import make_lpv
 
 from fmu.check import plant_outputs, plant_rows
-from fmu.importer import reference_inputs
+from fmu.export import choose, export
+from fmu.importer import ImportedUnit, reference_inputs
+from fmu.linear_units import LawUnit, LinearUnit
 
 SAMPLE = 2e-4
 
@@ -168,13 +172,36 @@ def test_laws_and_models_refuse_to_be_bounded(subject, capsys):
     assert ended.value.code == 2 and "--real-time" in capsys.readouterr().err
 
 
+BETWEEN = {
+    "plant": ("disc.force_x", 20.0, "disc.x"),
+    "linear": ("piezo.ref_x", 1.0, "disc.x"),
+    "sampled": ("piezo.ref_x", 1.0, "disc.x"),
+    "law": ("meas.disc_x", 1e-5, "piezo.ref_x"),
+}
+"""For each kind of unit the input that is moved, by how much, and the output that is read between samples."""
+
+
+@pytest.fixture(scope="module", params=BETWEEN)
+def between(request, units, tmp_path_factory):
+    """A loaded unit of each kind, and what is moved and read in it."""
+    if request.param == "plant":
+        yield units[3], *BETWEEN["plant"]
+        return
+    kind = {"linear": "2", "sampled": "blackbox"}.get(request.param)
+    law = LawUnit(scheduled_law(average=0.0, start=0.0, fade=2e-4), speed=300.0, pressure=5e5)
+    unit = LinearUnit(make_lpv(kind), "bearing", 300.0, 5e5) if kind else law
+    file = export(unit, tmp_path_factory.mktemp("between") / "unit.fmu", (3,), choose("host"))[3]
+    with ImportedUnit(file) as loaded:
+        yield loaded, *BETWEEN[request.param]
+
+
 @pytest.fixture
-def stepped(units):
+def stepped(between):
     """A function that plays a step of five samples with a callback between them: what it showed, the time reached."""
     from fmpy.fmi3 import FMU3Slave, fmi3IntermediateUpdateCallback
 
-    unit = units[3]
-    force, x = (unit.variables[name].valueReference for name in ("disc.force_x", "disc.x"))
+    unit, moved, value, read = between
+    force, x = (unit.variables[name].valueReference for name in (moved, read))
 
     def play(answer, early):
         d = unit.description
@@ -193,7 +220,7 @@ def stepped(units):
         slave.instantiate(earlyReturnAllowed=early, intermediateUpdate=fmi3IntermediateUpdateCallback(update))
         slave.enterInitializationMode()
         slave.exitInitializationMode()
-        slave.setFloat64([force], [20.0])
+        slave.setFloat64([force], [value])
         _, _, returned, reached = slave.doStep(currentCommunicationPoint=0.0, communicationStepSize=5 * SAMPLE)
         shown.append((reached, slave.getFloat64([x])[0], returned))
         slave.freeInstance()
@@ -202,16 +229,17 @@ def stepped(units):
     return play
 
 
-def test_outputs_between_samples_are_those_of_single_steps(units, stepped):
+def test_outputs_between_samples_are_those_of_single_steps(between, stepped):
+    unit, moved, value, read = between
     shown = stepped(lambda *_: None, False)
-    instance, rows = units[3].instance(), []
+    instance, rows = unit.instance(), []
     instance.initialise()
-    instance.set({"disc.force_x": 20.0})
+    instance.set({moved: value})
     for k in range(5):
         instance.step(k * SAMPLE, SAMPLE)
-        rows.append(instance.get(["disc.x"])[0])
+        rows.append(instance.get([read])[0])
     instance.close()
-    assert [value for _, value, _ in shown] == rows
+    assert [value for _, value, _ in shown] == rows and len(set(rows)) > 1
     assert [time for time, _, _ in shown] == pytest.approx(SAMPLE * np.arange(1, 6), rel=1e-12)
 
 

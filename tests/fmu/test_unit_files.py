@@ -229,11 +229,34 @@ def main_ends_well(*arguments):
         (["export", "--law", "a.json", "--model", "b.json"], "--law and --model: a unit holds one of them"),
         (["export", "--model", "b.json", "--grid", "16x8"], "--grid, --time-step, --set and --over: change the plant"),
         (["export", "--law", "a.json", "--set", "x=1"], "--grid, --time-step, --set and --over: change the plant"),
+        (["export", "--law", "a.json", "--c-only", "--clocked"], "--clocked: "),
+        (["export", "--over", "discs.0.mass=1.2 mm"], "--over: discs.0.mass: "),
+        (["export", "--over", "discs.0.mass=1.2"], "--over: discs.0.mass: "),
+        (["export", "--over", "discs.0.mass=1.2 kg", "--over", "discs.0.mass=1.3"], "--over: discs.0.mass: "),
         (["system", "a.json", "--fmi", "2,3"], "--fmi: '2,3': a system has units of one version"),
     ],
 )
 def test_an_option_that_would_be_ignored_is_refused(capsys, words, sentence):
     assert refused(capsys, *words).startswith(sentence)
+
+
+def test_values_of_a_path_that_is_given_twice_are_joined(monkeypatch):
+    from fmu import export as exporting
+
+    received = []
+
+    class StoppedError(Exception):
+        """Raised in place of the export."""
+
+    def stop(plant, speed, pressure, over):
+        received.append(over)
+        raise StoppedError
+
+    monkeypatch.setattr(exporting, "plant_unit", stop)
+    words = ["discs.0.mass=1.2 kg, 1.3 kg", "bearings.1.length=0.04 m", "discs.0.mass=1800 g"]
+    with pytest.raises(StoppedError):
+        main(["fmu", "export", "--grid", "16x8", *(word for one in words for word in ("--over", one))])
+    assert received == [{"discs.0.mass": ("1.2 kg", "1.3 kg", "1800 g"), "bearings.1.length": ("0.04 m",)}]
 
 
 @pytest.mark.parametrize("duration", ["0 s", "-1 s"])

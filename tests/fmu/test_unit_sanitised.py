@@ -55,7 +55,7 @@ def make_unit(kind, plant):
     return LinearUnit(make_lpv("2" if kind == "linear" else "blackbox"), "bearing", 300.0, 5e5)
 
 
-KINDS = ["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law"))]
+KINDS = ["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law", "clocked"))]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
@@ -72,6 +72,10 @@ def test_a_driver_finishes_and_the_sanitisers_find_nothing(gcc, model, tmp_path,
 
 RUNS = 3_000
 """Random masters of a unit."""
+LONGEST = 300
+"""Time [s] by the clock after which a master hangs; it takes milliseconds where the computer is free."""
+ARTEFACTS = ("crash", "leak", "timeout", "oom", "slow-unit")
+"""Beginnings of the files in which libFuzzer keeps a master that found something."""
 
 
 @pytest.mark.nightly
@@ -84,7 +88,16 @@ def test_random_masters_find_nothing(model, tmp_path, kind):
         pytest.skip("clang is not installed")
     options = ["-g", "-O1", "-fsanitize=fuzzer,address,undefined", "-fno-sanitize-recover=all"]
     build([clang, "-std=c11", *options], make_unit(kind, model), "fuzz", tmp_path)
-    words = [tmp_path / "fuzz", f"-runs={RUNS}", "-seed=1", "-max_len=600", "-len_control=0", "-rss_limit_mb=4096"]
-    done = subprocess.run(words, capture_output=True, text=True, preexec_fn=at_fixed_addresses)
+    limits = [
+        "-max_len=600",
+        "-len_control=0",
+        "-rss_limit_mb=4096",
+        f"-timeout={LONGEST}",
+        f"-report_slow_units={LONGEST}",
+    ]
+    words = [tmp_path / "fuzz", f"-runs={RUNS}", "-seed=1", *limits]
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, preexec_fn=at_fixed_addresses)
     assert done.returncode == 0, done.stderr[-4000:]
+    found = [file.name for word in ARTEFACTS for file in tmp_path.glob(f"{word}-*")]
+    assert not found
     assert f"Done {RUNS} runs" in done.stderr

@@ -93,6 +93,16 @@ def test_a_unit_file_ends_in_fmu():
     assert file_names(Path("a.b"), [2, 3]) == {2: Path("a.b_fmi2.fmu"), 3: Path("a.b_fmi3.fmu")}
 
 
+def distinct(number, v):
+    """Return a value of a variable, within its limits, that no other of its size has."""
+    low, high = (float(end or sign * 1e30) for end, sign in ((v.min, -1), (v.max, 1)))
+    start = float(v.start) if v.type != "Boolean" else 1.0
+    if v.type != "Float64":
+        return start
+    value = start * (1 + 1e-5 * (number + 1)) if start else 1e-9 * (number + 1)
+    return value if low <= value <= high else start * (1 - 1e-5 * (number + 1))
+
+
 @pytest.mark.parametrize("kind", ["plant", "law", "linear"])
 def test_the_addresses_for_calibration_tools_are_where_the_values_lie(files, kind, gcc, tmp_path):
     """Each address of the A2L file, read in an instance's memory, has the value that FMI gives."""
@@ -113,15 +123,46 @@ def test_the_addresses_for_calibration_tools_are_where_the_values_lie(files, kin
         text = archive.read(next(name for name in archive.namelist() if name.endswith(".a2l"))).decode()
     rows = re.findall(r'/begin (\w+) (\S+) "(?:[^"\\]|\\.)*" .*?(0x[0-9A-F]+)', text)
     assert len(rows) == text.count("/begin MEASUREMENT") + text.count("/begin CHARACTERISTIC") >= 6
+    places = {name: int(place, 16) for _, name, place in rows}
     with ImportedUnit(file) as loaded:
+        scalars = {name: v for name, v in loaded.variables.items() if not v.dimensions}
+        inputs = {name for name, v in scalars.items() if v.causality == "input" and v.type != "Clock"}
+        tunable = {name for name, v in scalars.items() if v.causality == "parameter" and v.variability == "tunable"}
+        assert {name for word, name, _ in rows if word == "CHARACTERISTIC"} == inputs | tunable
+        assert {name for word, name, _ in rows if word == "MEASUREMENT"} == set(loaded.names("output"))
         instance = loaded.instance()
         instance.initialise()
+        given = {name: distinct(k, scalars[name]) for k, name in enumerate([*inputs, *tunable])}
+        instance.set(given)
         instance.step(0.0, 2e-4)
-        for _, name, place in rows:
-            value = ctypes.c_double.from_address(instance.slave.component + int(place, 16)).value
-            assert value == instance.get([name])[0], name
-        turned = {name: v for name, v in loaded.variables.items() if v.variability in ("tunable", "fixed")}
-        listed = {name for word, name, _ in rows if word == "CHARACTERISTIC" and not name.startswith("noise")}
-        inputs = {name for name, v in loaded.variables.items() if v.causality == "input"}
-        assert listed - inputs <= turned.keys() and inputs <= listed
+        for name, place in places.items():
+            value = ctypes.c_double.from_address(instance.slave.component + place).value
+            assert value == instance.get([name])[0] == given.get(name, value), name
+        assert len({given[name] for name in given if scalars[name].type == "Float64"}) > len(inputs) // 2
         instance.close()
+
+
+def test_a_parameter_written_at_its_address_acts_from_the_next_step_on(units, files):
+    import ctypes
+    import re
+    import zipfile
+
+    name, unit = "effects.unbalance.me", units[3]
+    with zipfile.ZipFile(files[3]) as archive:
+        text = archive.read(next(one for one in archive.namelist() if one.endswith(".a2l"))).decode()
+    place = int(re.search(rf"{re.escape(name)} .* VALUE (0x[0-9A-F]+)", text)[1], 16)
+    rows = {}
+    for way in ("nothing", "address", "FMI"):
+        instance = unit.instance()
+        instance.initialise({"shaft.speed_ref": 300.0})
+        instance.step(0.0, 2e-4)
+        before = instance.get(["disc.x"])[0]
+        if way == "address":
+            ctypes.c_double.from_address(instance.slave.component + place).value = 3e-6
+        if way == "FMI":
+            instance.set({name: 3e-6})
+        assert instance.get(["disc.x"])[0] == before
+        instance.step(2e-4, 2e-4)
+        rows[way] = instance.get(["disc.x"])[0]
+        instance.close()
+    assert rows["address"] == rows["FMI"] != rows["nothing"]

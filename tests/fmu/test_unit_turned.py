@@ -240,6 +240,52 @@ def test_a_value_that_is_not_offered_is_refused_and_a_near_one_is_the_one_offere
     instance.close()
 
 
+@pytest.mark.parametrize("end", [1.2, 1.5])
+def test_a_list_holds_a_little_beyond_its_ends_and_no_further(offering, end):
+    _, unit = offering
+    instance = unit.instance()
+    for near in (end * (1 - 1e-12), end * (1 + 1e-12)):
+        instance.set({"discs[1].mass": near})
+        assert instance.get(["discs[1].mass"])[0] == end
+    for far in (end * (1 - 1e-8), end * (1 + 1e-8), 0.1 * end, 1e3 * end, -end, np.nan, np.inf):
+        with pytest.raises(Exception, match="status 3"):
+            instance.set({"discs[1].mass": far})
+        assert all(text in instance.messages[-1] for text in ("is not offered", "1.2", "1.5"))
+    assert instance.get(["discs[1].mass"])[0] == end
+    instance.set({"discs[1].mass": end})  # a good value ends the refusal
+    instance.initialise()
+    instance.close()
+
+
+@pytest.mark.parametrize("value", ["1.2 kg", 1.2, np.float64(1.2)], ids=str)
+def test_one_value_needs_no_list(model, value):
+    offering = plant_unit(model.plant, 0.0, model.pressure, {"discs.0.mass": value})
+    assert [one.values for one in offering.choices] == [(1.5, 1.2)]
+
+
+@pytest.mark.parametrize("value", ["1.2 mm", "1.2", "heavy", None, [1.2]], ids=str)
+def test_a_value_that_is_no_number_of_its_unit_is_refused_by_path_and_value(model, value):
+    with pytest.raises(DataError) as refused:
+        plant_unit(model.plant, 0.0, model.pressure, {"discs.0.mass": [1.3, value]}).variables  # noqa: B018
+    assert (refused.value.argument, refused.value.value) == ("discs.0.mass", value)
+
+
+def test_an_empty_list_is_refused(model):
+    with pytest.raises(DataError) as refused:
+        plant_unit(model.plant, 0.0, model.pressure, {"discs.0.mass": []})
+    assert (refused.value.argument, refused.value.value) == ("discs.0.mass", [])
+
+
+def test_a_choice_that_moves_the_start_of_a_parameter_that_can_be_set_is_refused(model):
+    """A parameter set to the first machine's own start could not be told from one that was not set."""
+    over = {"discs.0.polar_inertia": [0.004]}
+    with pytest.raises(DataError) as refused:
+        plant_unit(model.plant, 0.0, model.pressure, over).variables  # noqa: B018
+    assert (refused.value.argument, refused.value.value) == ("over", "drive.inertia")
+    stated = Plant(model.plant.machine.with_({"drive.inertia": 0.004}))
+    assert "discs[1].polar_inertia" in {v.name for v in plant_unit(stated, 0.0, model.pressure, over).variables}
+
+
 def test_a_state_of_a_machine_that_is_offered_goes_on_in_the_unit(offering):
     model, unit = offering
     plant = Plant(model.plant.machine.with_(dict(zip(OVER, CHOSEN.values(), strict=True))))

@@ -11,7 +11,7 @@ import pytest
 
 import rotorsim
 from identification import validate
-from rotorsim.base.errors import DataError, NoLiftOffError
+from rotorsim.base.errors import ConvergenceError, DataError, NoLiftOffError
 
 PRESSURE = 0.3e6
 BUSY = {"effects.unbalance.me": "6.5 g*mm", "effects.coupling.force_2x": "4 N"}
@@ -48,6 +48,41 @@ def test_a_saved_state_continues_bitwise_also_in_another_simulation(rig, held):
     other = rig(BUSY).start(0.0, PRESSURE)
     other.restore(saved)
     assert first.tobytes() == again.tobytes() == other.advance(inputs[150:]).tobytes()
+
+
+def test_a_saved_state_holds_whether_the_drive_is_on(rig, held):
+    run, driven = rig(BUSY).start(300.0, PRESSURE), held(3, 300.0, PRESSURE)
+    coasting = driven.copy()
+    coasting[:, 0] = np.nan
+    saved = run.save()
+    run.advance(coasting)
+    off = run.save()
+    run.restore(saved)
+    assert not run.coasts
+    run.restore(off)
+    assert run.coasts and run.save().tobytes() == off.tobytes()
+    run.advance(driven)
+    assert not run.coasts
+
+
+def test_no_rows_and_refused_rows_leave_the_drive_as_it_is(rig, held):
+    run, row = rig(BUSY).start(300.0, PRESSURE), held(1, np.nan, PRESSURE)
+    run.advance(row)
+    run.advance(np.empty((0, 6)))
+    wrong = held(1, 300.0, np.nan)
+    with pytest.raises(DataError):
+        run.advance(wrong)
+    assert run.coasts
+
+
+def test_a_step_without_a_solution_leaves_the_drive_as_in_the_last_sample_done(rig, held):
+    run, driven = rig(BUSY).start(300.0, PRESSURE), held(4, 300.0, PRESSURE)
+    run.advance(driven)
+    failing = np.concatenate([driven, held(4, np.nan, PRESSURE)])
+    failing[4:, 4] = 1e9
+    with pytest.raises(ConvergenceError) as failed:
+        run.advance(failing)
+    assert run.coasts == (len(failed.value.where["table"]) > 4)
 
 
 SCRIPT = """

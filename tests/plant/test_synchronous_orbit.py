@@ -60,7 +60,7 @@ def test_no_start_transient_is_left(name, rpm, pressure):
 def test_the_motion_that_lasts_decays_as_the_linear_model_says():
     """The least damped motion about the orbit, from the steps of the search, and about the equilibrium: 10 %."""
     plant, speed = Plant("dtu_gas_bearing"), 6000 * RPM
-    orbit = find_orbit(plant.assembly, plant.start(speed, 0.3e6).save(), speed, 0.3e6)
+    orbit = find_orbit(plant.assembly, plant.start(speed, 0.3e6).w.copy(), speed, 0.3e6)
     assert orbit.growth == pytest.approx(plant.linearise(speed, 0.3e6).eigenvalues.real.max(), rel=0.1)
 
 
@@ -74,7 +74,7 @@ def test_a_machine_that_whirls_by_itself_starts_at_rest():
     """12,000 rpm are above its onset of 9500 rpm: its orbit is there, and it leaves it."""
     plant, speed = Plant("rigid_rotor_self_acting"), 12000 * RPM
     start, rest = plant.start(speed, begin="orbit"), plant.start(speed)
-    orbit = find_orbit(plant.assembly, rest.save(), speed, 0.0)
+    orbit = find_orbit(plant.assembly, rest.w.copy(), speed, 0.0)
     assert orbit.w is not None and orbit.growth > 0
     assert not start.on_orbit and np.array_equal(start.w, rest.w)
 
@@ -94,7 +94,7 @@ def test_a_negative_speed_is_the_mirror_image():
 def test_switches_and_the_solvers_memory_are_never_a_mixture_of_several_runs():
     """The order of the step is a whole number; a state with another in its place gives the bits of one without."""
     plant, speed = Plant("rigid_rotor_self_acting"), 9000 * RPM
-    rest = plant.start(speed).save()
+    rest = plant.start(speed).w.copy()
     turns, mixed = Turns(plant.assembly, rest, speed, 0.0), rest.copy()
     R = plant.assembly.rotor
     mixed[R.order], mixed[R.contact] = 0.6, 0.3
