@@ -445,7 +445,7 @@ def _clearance(case: DesignCase) -> Plain:
         "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
         "y": {"label": "onset of whirl [rpm]", "zero": True},
         "curves": [_curve("onset of whirl", at, onset, 0),
-                   _curve("stable up to here", at, beyond, 0, marks="f" * len(at)),
+                   _curve("stable up to here", at, beyond, 1, marks="f" * len(at)),
                    _curve("speed of the modes", ends, own, -1, dash=True)],
         "heads": list(heads), "rows": [cells(row) for row in texts],
         "notes": [" ".join(_margins(found, why[0])) or "There is no result.",
