@@ -102,7 +102,8 @@ RULES = {
 class HalfPower:
     """A peak of a response: speed [rad/s], size, and the speeds on its sides where it is 1/sqrt(2) as high.
 
-    These are NaN where the response does not fall so far before it rises again or ends.
+    These are NaN where the response does not fall so far before it rises again or ends, and with the size where the
+    points are too far apart for the peak.
     """
 
     speed: float
@@ -145,13 +146,18 @@ def _peak(speeds: np.ndarray, inverse: np.ndarray, k: int, unit: float) -> HalfP
     a, b, c = np.polyfit(x, y, 2)
     least = c - b**2 / (4 * a)
     sides = [_side(speeds[: k + 1][::-1], inverse[: k + 1][::-1], least), _side(speeds[k:], inverse[k:], least)]
-    return HalfPower(float(speeds[k] - b / (2 * a)), float(unit / np.sqrt(least)), *sides)
+    return HalfPower(
+        float(speeds[k] - b / (2 * a)), float(unit / np.sqrt(least)) if least > 0 else float("nan"), *sides
+    )
 
 
 def _side(speeds: np.ndarray, inverse: np.ndarray, least: float) -> float:
-    """Speed at which 1 / size^2 is twice its least, away from a peak at the first point; NaN where it falls before."""
+    """Speed at which 1 / size^2 is twice its least, away from a peak at the first point.
+
+    NaN where it falls before, and for a peak so narrow that the first point is beyond its sides.
+    """
     over = np.flatnonzero(inverse >= 2 * least)
-    if not over.size or (inverse[: over[0]] < least * (1 - 1e-9)).any():
+    if not over.size or not over[0] or (inverse[: over[0]] < least * (1 - 1e-9)).any():
         return float("nan")
     i = int(over[0])
     away = np.sqrt(np.maximum(inverse[i - 1 : i + 1] / least - 1, 0.0))  # linear in the speed of a single mass

@@ -37,6 +37,8 @@ from rotorsim.plant.plant import Plant, as_plant
 
 REASON = "reason"
 CARRIED, SETTLED = "the film does not carry the rotor", "the equilibrium iteration did not converge"
+STABLE = "stable up to"
+"""Beginning of the reason of an onset that lies above the highest speed searched."""
 
 
 class _NotKnownError(RotorsimError):
@@ -113,7 +115,7 @@ class Onset(Analysis):
 
     def missing(self, plant: Plant) -> str:
         """No mode grew."""
-        return f"stable up to {(self.highest_speed or highest_speed(plant)) * TO_RPM:.4g} rpm"
+        return f"{STABLE} {(self.highest_speed or highest_speed(plant)) * TO_RPM:.6g} rpm"
 
 
 @dataclass(frozen=True)

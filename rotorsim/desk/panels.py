@@ -27,12 +27,15 @@ from rotorsim.analysis import (
 )
 from rotorsim.analysis.campbell import modes_line, searched_line, top_speed
 from rotorsim.analysis.design_review import AROUND, MET, MISSED, OPEN, DesignReview, deflected_line
+from rotorsim.analysis.sweep import text_of
+from rotorsim.analysis.sweep_definition import CARRIED, STABLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
 from rotorsim.machine.file_text import parse, value_at
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
+from rotorsim.plant.mesh import Mesh
 from rotorsim.report.design import SIGNS, answered, asked, tables
 from rotorsim.report.linear import criticals, distinct, peaks, warned
 from rotorsim.report.page import cells
@@ -67,6 +70,8 @@ CLEARANCES = "-40 %:40 %:7"
 """Clearances of films at which the onset of whirl and the damping are searched, around those of the machine."""
 MARGINS = ("onset", "damping")
 """Quantities over the clearance."""
+BRIEF = {CARRIED: "does not carry"}
+"""Reasons that a cell has in fewer words."""
 VALUES = {
     "bearings": re.compile(r"bearings\.\d+\.(kxx|kyy|cxx|cyy|clearance|length)"),
     "discs": re.compile(r"discs\.\d+\.mass"),
@@ -88,6 +93,8 @@ FIELDS = {"top": ("answers up to", "rpm"), "speed": ("modes at", "rpm"), "supply
 """Words and unit of the page's field of each value of an operating point."""
 POSITIVE = ("top", "tolerance")
 """Values of an operating point that are above 0."""
+LARGE = 4000
+"""States of a shaft above which a panel is computed on request: of 3848 states, all but the slow ones took 5 s."""
 NUMBER = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*", re.ASCII | re.IGNORECASE)
 """A number that may be typed there."""
 HIGHEST = {"top": 1e7, "speed": 1e7, "supply": 1e7, "tolerance": 20.0}
@@ -428,19 +435,40 @@ def _clearance(case: DesignCase) -> Plain:
         return {"notes": ["No bearing of this machine has the clearance of a gas film."]}
     found = case.clearances
     heads, rows = found.table()
+    why = [found.data[f"{name}_reason"].values.tolist() for name in MARGINS]
     at, onset, _ = np.array(rows, float).T
     ends, own = at[[0, -1]], np.full(2, case.speed)
-    best = [f"The {name} is highest, {one['value']:.4g} {one['unit'].removesuffix('1')}".strip()
-            + f", at {', '.join(one['at'].values())}." for name, one in found.best.items()]  # fmt: skip
+    beyond = np.where([one.startswith(STABLE) for one in why[0]], 2 * case.top, np.nan)
+    texts = [(row[0], *(BRIEF.get(one[k], one[k]) if v is None else v for v, one in zip(row[1:], why, strict=True)))
+             for k, row in enumerate(rows)]  # fmt: skip
     return {
         "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
         "y": {"label": "onset of whirl [rpm]", "zero": True},
-        "curves": [_curve("onset of whirl", at, onset, 0), _curve("speed of the modes", ends, own, -1, dash=True)],
-        "heads": list(heads), "rows": [cells(row) for row in rows],
-        "notes": [" ".join(best) or "There is no result.",
-                  f"Damping at {case.speed:g} rpm, the dashed line. Without an onset no mode grows up to "
-                  f"{2 * case.top:g} rpm, or the film does not carry."],
+        "curves": [_curve("onset of whirl", at, onset, 0),
+                   _curve("stable up to here", at, beyond, 1, marks="f" * len(at)),
+                   _curve("speed of the modes", ends, own, -1, dash=True)],
+        "heads": list(heads), "rows": [cells(row) for row in texts],
+        "notes": [" ".join(_margins(found, why[0])) or "There is no result.",
+                  f"Damping at {case.speed:g} rpm, the dashed line."],
     }  # fmt: skip
+
+
+def _margins(found: SweepResult, why: Sequence[str]) -> list[str]:
+    """Sentences on the best clearances; one without an onset up to the speed searched is above all that have one."""
+    at = found.data[next(iter(found.data.sizes))]
+    stable, fallen = ([text_of(at, v) for v, one in zip(at.values.tolist(), why, strict=True) if one.startswith(begin)]
+                      for begin in (STABLE, CARRIED))  # fmt: skip
+    lines = []
+    if stable:
+        top = found.data.attrs["highest_speed"] * TO_RPM
+        above = ", which is above every onset" if len(stable) < len(why) else ""
+        lines = [f"At {', '.join(stable)} no mode grows up to {top:g} rpm{above}; faster was not searched."]
+    lines += [
+        f"{'Elsewhere the' if stable and name == 'onset' else 'The'} {name} is highest, "
+        + f"{one['value']:.4g} {one['unit'].removesuffix('1')}".strip() + f", at {', '.join(one['at'].values())}."
+        for name, one in found.best.items()
+    ]  # fmt: skip
+    return [*lines, f"At {', '.join(fallen)} the film does not carry the rotor."] if fallen else lines
 
 
 @panel("slopes", "What moves the limits", slow=True)
@@ -469,6 +497,14 @@ def _scatter(case: DesignCase) -> Plain:
         "notes": [f"{MACHINES} random machines. {case.changed} Each varies by itself, by up to "
                   f"{case.point.tolerance:g} %."],
     }  # fmt: skip
+
+
+def too_large(machine: Machine) -> str:
+    """Sentence on a machine whose panels are computed on request: four motions and speeds a node; empty for others."""
+    states = 8 * len(Mesh(machine).nodes)
+    return (
+        f"The shaft has {states} states, more than {LARGE}: a panel is computed on request." if states > LARGE else ""
+    )
 
 
 def _curve(name: str, x: np.ndarray, y: np.ndarray, colour: int, dash: bool = False, marks: str = "") -> Plain:
@@ -522,11 +558,16 @@ def as_commands(case: DesignCase, machine: str) -> str:
     """Commands of the numbers of a case, of a machine by name or file."""
     supply = f" --pressure '{case.point.supply!r} MPa'" if case.pressure else ""
     speeds = ",".join(f"{one!r} rpm" for one in case.response_speeds)
+    axes = "".join(f" --over '{path}={values}'" for path, values in case.swept.items())
+    clearances = (
+        f"rotorsim sweep {machine}{axes} --what {','.join(MARGINS)} --speed '{case.speed!r} rpm' "
+        f"--highest-speed '{2 * case.top!r} rpm'{supply}\n"
+    )
     return (
         f"rotorsim campbell {machine} --speeds '0 rpm:{case.top!r} rpm:{STEPS + 1}' --critical-map{supply}\n"
         f"rotorsim response {machine} --speeds '{speeds}'{supply}\n"
         f"rotorsim modes {machine} --speed '{case.speed!r} rpm'{supply}\n"
-        f"rotorsim report design {machine}{supply}\n"
+        f"rotorsim report design {machine}{supply}\n" + (clearances if axes else "")
     )
 
 

@@ -43,6 +43,7 @@ from rotorsim.desk.panels import (
     as_commands,
     as_python,
     point_of,
+    too_large,
 )
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.starts import STARTS, begin, free
@@ -88,6 +89,7 @@ class DesignDesk:
             "name": design.path.name, "undo": len(design.before), "redo": len(design.after), "groups": listed(design),
             "problems": list(design.problems), "at": problem_fields(design), "view": view, "remark": self.remark,
             "unkept": design.unkept,
+            "large": "" if machine is None else too_large(machine),
             "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.supplied,
             "panels": [{"name": name, "title": title, "slow": name in SLOW} for name, title in TITLES.items()],
             "text": _digest(design.text), "kept": _digest(design.kept), "tolerance": HIGHEST["tolerance"],
@@ -294,7 +296,7 @@ class PanelStream:
                     if self.wanted[window][0] != number:
                         return
                     self.wanted[window] = number, text, point
-                    far = name in SLOW or (bool(one.films) and name not in NEAR)
+                    far = name in SLOW or (name not in NEAR and bool(one.films or too_large(one)))
                     found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
                     if found is None:
                         return

@@ -68,6 +68,13 @@ def test_a_flank_that_is_not_deep_enough_leaves_the_amplification_open():
     assert len(found) == 1 and np.isnan(found[0].amplification)
 
 
+@pytest.mark.parametrize("flank", [0.4, 0.2])
+def test_a_peak_narrower_than_the_points_leaves_the_amplification_open(flank):
+    """Its parabola is at less than half of its own point, or below 0."""
+    found = standards.half_power(np.arange(1.0, 6.0), [0.1, flank, 1.0, 0.95, 0.1])
+    assert len(found) == 1 and np.isnan(found[0].amplification) and np.isnan(found[0].size) == (flank < 0.3)
+
+
 def test_unbalances_and_limits_by_hand():
     # 100 lb at 12000 rpm: 4 W/N = .0333 oz in = 24.0 g mm, and 6350 * 45.36 / 12000 = 24.0 g mm
     load = 100 * 0.45359237

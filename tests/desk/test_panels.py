@@ -1,5 +1,7 @@
 """Panels: their numbers are those of Python and of the scripts that the page shows; an answer is plain data."""
 
+import csv
+import shlex
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -12,9 +14,11 @@ import rotorsim as rs
 from rotorsim.analysis.campbell import top_speed
 from rotorsim.analysis.design_review import MISSED
 from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.cli import main
 from rotorsim.desk import open_design
 from rotorsim.desk.panels import (
     CLEARANCES,
+    LARGE,
     MOST_VALUES,
     PANELS,
     DesignCase,
@@ -24,8 +28,9 @@ from rotorsim.desk.panels import (
     as_python,
     point_of,
 )
-from rotorsim.desk.server import answer_of
+from rotorsim.desk.server import answer_of, make_desk
 from rotorsim.machine import machine_text
+from rotorsim.plant.mesh import Mesh
 from rotorsim.report.design import answered, tables
 from rotorsim.report.linear import criticals, peaks
 from rotorsim.report.page import cells
@@ -172,10 +177,65 @@ def test_the_panel_over_the_clearance_has_the_onsets_of_a_search_with_that_clear
     assert len(found["rows"]) == 7 and case.swept == {"bearings.*.clearance": CLEARANCES}
     first = case.machine.replace("bearings.*.clearance", f"{0.6 * 12!r} um")
     onset = rs.analysis.whirl_onset(rs.Plant(first), [0.0], 12000 * np.pi / 30)["onset_speed"].item() * 30 / np.pi
-    assert float(found["rows"][0][1]) == pytest.approx(onset, rel=1e-3)
+    assert found["rows"][0][1] == cells((onset,))[0]
     best = max(found["rows"], key=lambda row: float(row[1]))
     assert float(best[1]) > 1.05 * float(found["rows"][3][1])
     assert f"at {float(best[0]):g} um" in found["notes"][0]
+
+
+def clearances_of(top, **changed):
+    """Rows and first note of the panel on a coarse grid, and heights of the triangles."""
+    machine = rs.load_machine("rigid_rotor_self_acting").replace("grid.n_theta", 16).replace("grid.n_z", 8)
+    found = answer(DesignCase(machine, DeskPoint(top=top)), "clearance")
+    return found["rows"], found["notes"][0], found["curves"][1]["y"]
+
+
+def test_a_clearance_that_is_stable_up_to_the_speed_searched_is_above_every_onset():
+    rows, note, beyond = clearances_of(4702.0)
+    onsets = [row[1] for row in rows]
+    assert onsets[:3] == ["stable up to 9404 rpm"] * 3
+    known = [float(one) for one in onsets[3:]]
+    assert known == sorted(known, reverse=True) and known[0] < 9404
+    assert note.startswith("At 7.2 um, 8.8 um, 10.4 um no mode grows up to 9404 rpm")
+    assert "above every onset" in note and "faster was not searched" in note
+    assert beyond == [9404.0] * 3 + [None] * 4
+
+
+def test_a_clearance_whose_film_does_not_carry_is_not_taken_for_a_stable_one():
+    rows, note, beyond = clearances_of(60.0)
+    assert [row[1] for row in rows] == ["stable up to 120 rpm"] * 2 + ["does not carry"] * 5
+    assert {row[2] for row in rows} == {"does not carry"}
+    assert "At 10.4 um, 12 um, 13.6 um, 15.2 um, 16.8 um the film does not carry" in note
+    assert beyond[:2] == [120.0] * 2 and set(beyond[2:]) == {None}
+
+
+@pytest.mark.slow
+def test_the_script_and_the_commands_of_a_film_machine_give_the_rows_of_the_panels(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    machine = rs.load_machine("rigid_rotor_self_acting").replace("grid.n_theta", 16).replace("grid.n_z", 8)
+    (tmp_path / "my.toml").write_bytes(machine.text.encode())
+    case, space = DesignCase(machine, DeskPoint(top=4702.0)), {}
+    exec(as_python(case, "my.toml"), space)
+    assert answer(case, "campbell")["rows"] == [cells(row) for row in criticals(space["campbell"])]
+    assert answer(case, "response")["rows"] == [cells(row) for row in peaks(space["response"])]
+    assert answer(case, "films")["rows"] == [cells(row) for row in tables(space["review"])["films"].rows] != []
+    found = {(row[0], row[2]) for row in answer(case, "limits")["rows"]}
+    assert {(c.name, cells((answered(c),))[0]) for c in space["review"].checks} == found
+    rows = [[cell if cell[0].isdigit() else "-" for cell in row] for row in answer(case, "clearance")["rows"]]
+    assert rows == [cells(row) for row in space["clearances"].table()[1]]
+    line = as_commands(case, "my.toml").splitlines()[-1]
+    main([*shlex.split(line)[1:], "--workers", "1", "--no-report", "--out", "swept"])
+    with open(tmp_path / "swept" / "sweep.csv", newline="") as file:
+        table = list(csv.reader(file))[1:]
+    assert rows == [cells(tuple(float(cell) if cell else None for cell in row)) for row in table]
+
+
+def test_a_shaft_too_large_to_be_answered_at_once_is_stated(tmp_path):
+    desk = make_desk("plain_rotor", tmp_path)
+    assert desk.state()["large"] == ""
+    desk.act("set", {"path": "shaft.max_element_length", "text": "1 mm"})
+    states = 8 * len(Mesh(desk.design.machine).nodes)
+    assert states > LARGE and f"{states} states" in desk.state()["large"]
 
 
 def test_clearances_that_differ_are_those_of_the_first_film_alone():

@@ -5,7 +5,7 @@ import { theme } from "rotorsim-live";
 const WINDOW = Math.random().toString(36).slice(2);
 const CALM = 450; // ms without an edit after which films are asked for
 const LOOK = 2000; // ms between two looks at the file and at what other windows did
-const STORED = "rotorsim-desk-hidden";
+const STORED = "rotorsim-desk-"; // names of what a browser keeps of the panels
 const post = (path, content) => fetch(path, { method: "POST", body: JSON.stringify(content), headers: { "content-type": "application/json" } });
 
 export default {
@@ -97,11 +97,13 @@ export default {
       </svg><figcaption>To scale; lengths in mm. Drag a disc, bearing or probe, or click it to find its fields.</figcaption></figure>
       <p v-if="Object.values(hidden).some(Boolean)" class="desk-hiddens">Hidden: <button v-for="one in state.panels.filter((p) => hidden[p.name])" :key="one.name" @click="hide(one.name, false)">{{ one.title }}</button></p>
       <div class="desk-panels">
-        <figure v-for="one in state.panels.filter((p) => !hidden[p.name])" :key="one.name" :class="['desk-panel', { 'desk-large': large === one.name, 'desk-old': stale(one.name) }]" :data-panel="one.name" :data-slow="one.slow || null" :data-revision="revisions[one.name]">
+        <figure v-for="one in panels" :key="one.name" :class="['desk-panel', { 'desk-large': large === one.name, 'desk-old': stale(one.name) }]" :data-panel="one.name" :data-slow="one.slow || null" :data-revision="revisions[one.name]">
           <figcaption><b>{{ one.title }}</b><span v-if="waiting[one.name]" class="desk-waiting" role="status">computing…</span>
+            <button @click="pin(one.name)" :aria-pressed="Boolean(pinned[one.name])" :aria-label="'pin ' + one.title" title="first on the page and first computed">{{ pinned[one.name] ? "★" : "☆" }}</button>
             <button @click="enlarge(one.name)" :aria-label="(large === one.name ? 'shrink ' : 'enlarge ') + one.title">{{ large === one.name ? "⤡" : "⤢" }}</button>
             <button @click="hide(one.name, true)" :aria-label="'hide ' + one.title">×</button></figcaption>
           <p v-if="answers[one.name] && answers[one.name].error" class="desk-sentence" role="alert">{{ answers[one.name].error }}</p>
+          <p v-if="unasked(one.name)" class="desk-note" data-large>{{ state.large }} <button @click="compute(one.name)" :aria-label="'compute ' + one.title">Compute</button></p>
           <canvas v-show="drawing(one.name)" :ref="(el) => hold(one.name, el)" role="img" :aria-label="one.title" @mousemove="cursor(one.name, $event.offsetX)" @mouseleave="cursor(one.name, null)"></canvas>
           <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="ghost(one.name)"><i class="desk-ghost"></i>{{ kept ? "design A" : "design before" }}</span></p>
           <canvas v-if="one.name === 'modes'" v-show="answers.modes?.shapes" class="desk-shape" ref="shape" role="img" aria-label="shaft in the mode that is chosen, moving; drag to turn it" @pointerdown="turn($event)"></canvas>
@@ -118,10 +120,14 @@ export default {
   </template></div>`,
   data: () => ({
     state: null, answers: {}, before: {}, revisions: {}, texts: {}, waiting: {}, refused: {}, point: { top: "", speed: "", supply: "0.5", tolerance: "5" },
-    opened: {}, more: {}, hidden: stored(), large: "", chosen: "", sentence: "", conflict: false, script: "", rig: "", over: "",
+    opened: {}, more: {}, hidden: stored("hidden"), pinned: stored("pinned"), requested: {}, large: "", chosen: "", sentence: "", conflict: false, script: "", rig: "", over: "",
     pointWrong: "", kept: null, mode: 0, moving: !window.matchMedia("(prefers-reduced-motion: reduce)").matches, starting: false, burst: 0, width: 800, chosenFile: "", chosenShipped: "", dark: false,
   }),
   computed: {
+    panels() {
+      const first = (one) => Number(Boolean(this.pinned[one.name]));
+      return this.state.panels.filter((one) => !this.hidden[one.name]).sort((a, b) => first(b) - first(a));
+    },
     drawn() {
       return this.state && this.state.view ? layout(this.state.view, this.width) : null;
     },
@@ -195,6 +201,7 @@ export default {
       this.know(state);
       this.state = state;
       this.$nextTick(() => this.resized());
+      if (other) this.requested = {};
       if (state.groups && other) this.ask();
     },
     async look() {
@@ -211,17 +218,17 @@ export default {
     },
     asked() {
       if (this.kept) this.kept = {};
-      this.texts = {};
+      this.texts = this.requested = {};
       clearTimeout(this.calm);
       this.calm = setTimeout(() => this.ask(), 150);
     },
-    // Panels on view come first; those of films wait until nothing was typed for a moment.
+    // Pinned panels come first, then those on view; those of films wait until nothing was typed for a moment.
     ask() {
       clearTimeout(this.calm);
-      const every = this.state.panels.map((one) => one.name).filter((name) => !this.hidden[name]);
-      const names = [...every.filter((name) => this.seen.has(name)), ...every.filter((name) => !this.seen.has(name))];
-      for (const name of names) this.waiting[name] = true;
-      if (!this.state.films) return this.stream(names);
+      const place = (name) => (this.pinned[name] ? 0 : this.seen.has(name) ? 1 : 2);
+      const names = this.panels.map((one) => one.name).filter((name) => !this.unasked(name)).sort((a, b) => place(a) - place(b));
+      this.waiting = Object.fromEntries(names.map((name) => [name, true]));
+      if (!this.state.films || this.state.large) return this.stream(names);
       this.calm = setTimeout(() => this.stream(names), CALM);
       return this.stream(["static"]);
     },
@@ -389,16 +396,29 @@ export default {
     },
     hide(name, value) {
       this.hidden[name] = value;
-      localStorage.setItem(STORED, JSON.stringify(this.hidden));
+      localStorage.setItem(`${STORED}hidden`, JSON.stringify(this.hidden));
       if (value) delete this.charts[name];
       else this.ask();
+    },
+    pin(name) {
+      this.pinned[name] = !this.pinned[name];
+      localStorage.setItem(`${STORED}pinned`, JSON.stringify(this.pinned));
+      this.ask();
+    },
+    // A panel of a machine too large to be answered at once, which nobody asked for yet.
+    unasked(name) {
+      return Boolean(this.state.large) && !this.requested[name];
+    },
+    compute(name) {
+      this.requested[name] = true;
+      this.ask();
     },
     enlarge(name) {
       this.large = this.large === name ? "" : name;
       this.$nextTick(() => this.redraw());
     },
     stale(name) {
-      return this.waiting[name] && this.answers[name];
+      return (this.waiting[name] || this.unasked(name)) && this.answers[name];
     },
     drawing(name) {
       return Boolean(this.answers[name]?.curves);
@@ -434,9 +454,9 @@ export default {
   },
 };
 
-function stored() {
+function stored(what) {
   try {
-    return JSON.parse(localStorage.getItem(STORED)) || {};
+    return JSON.parse(localStorage.getItem(STORED + what)) || {};
   } catch {
     return {};
   }

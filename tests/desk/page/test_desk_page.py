@@ -18,6 +18,7 @@ from rotorsim.report.linear import criticals, peaks
 from rotorsim.report.page import cells
 
 pytestmark = IN_BROWSER
+READY = "window.deskTimes?.some((one) => one.all)"
 
 
 def table(page, name, of="table"):
@@ -223,6 +224,33 @@ def test_parts_are_added_copied_and_deleted_by_the_keyboard_and_every_field_has_
         "!(one.labels?.length || one.getAttribute('aria-label') || one.textContent.trim())).map((one) => one.outerHTML)"
     )
     assert nameless == []
+
+
+def test_a_pinned_panel_stays_first_and_is_answered_first(desk_of):
+    page = desk_of("plain_rotor")
+    names = "[...document.querySelectorAll('[data-panel]')].map((one) => one.dataset.panel)"
+    for first in ("static", "campbell"):
+        page.get_by_role("button", name="pin Static deflection").click()
+        page.reload()
+        page.wait_for_function(READY)
+        assert page.evaluate(names)[0] == page.evaluate("window.deskTimes[0].panel") == first
+
+
+def test_panels_of_a_shaft_too_large_are_computed_when_they_are_asked_for(desk_of):
+    page = desk_of("plain_rotor")
+    page.locator("summary").filter(has_text=re.compile(r"^Shaft$")).click()
+    page.locator("[data-part='shaft'] .desk-more").click()
+    field(page, "shaft.max_element_length").fill("1")
+    expect(page.locator("[data-large]")).to_have_count(page.locator("[data-panel]").count())
+    expect(page.locator(".desk-waiting")).to_have_count(0)
+    before = page.locator("[data-panel=static]").get_attribute("data-revision")
+    page.get_by_role("button", name="compute Static deflection").click()
+    expect(page.locator("[data-panel=static]")).not_to_have_attribute("data-revision", before)
+    expect(page.locator("[data-panel=campbell]")).to_have_attribute("data-revision", before)
+    assert page.locator("[data-large]").count() == page.locator("[data-panel]").count() - 1
+    field(page, "shaft.max_element_length").fill("25")
+    settled(page)
+    expect(page.locator("[data-large]")).to_have_count(0)
 
 
 CONTRAST = """() => {
