@@ -9,7 +9,7 @@ import json
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,6 +27,7 @@ from rotorsim.discrepancy.decision import ALLOWED, check_allowed
 
 if TYPE_CHECKING:
     from rotorsim.discrepancy import Diagnosis
+    from rotorsim.discrepancy.calibration import Progress
     from rotorsim.discrepancy.decision import DecisionSteps
     from rotorsim.discrepancy.loop import ExperimentRig
     from rotorsim.discrepancy.ranking import ExperimentPlan
@@ -218,7 +219,7 @@ def _self_test(machine: str, data: DataOptions, as_json: bool) -> None:
 
 def run_loop(
     machine: str, data: DataOptions, experiments: ExperimentOptions, result: options.ResultOptions,
-    progress: Callable[[str], None],
+    progress: Progress,
 ) -> tuple[Diagnosis, dict[str, str]]:  # fmt: skip
     """The last diagnosis of a loop of experiments, and its files."""
     from rotorsim.discrepancy import decide
@@ -406,17 +407,17 @@ class Stages:
         self.seen: set[str] = set()
         self.printed = self.begin
 
-    def show(self, stage: str) -> None:
-        """Note one step of a stage, with the most steps where the stage has a number of them."""
+    def show(self, stage: str, most: int = 0) -> None:
+        """Note one step of a stage, with the most steps that it takes where they are known."""
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         now = time.monotonic()
         elapsed, number = now - self.begin, list(STAGES).index(stage) + 1
         text = f"{STAGES[stage]} ({number} of {len(STAGES)})"
-        most = f" of at most {limit}" if (limit := getattr(stage, "most", 0)) else ""
+        limit = f" of at most {most}" if most else ""
         if not on_terminal():
             if stage not in self.seen or now - self.printed > QUIET:
-                more = f": step {self.steps}{most}, {elapsed:.0f} s" if stage in self.seen else ""
+                more = f": step {self.steps}{limit}, {elapsed:.0f} s" if stage in self.seen else ""
                 print(f"{text}{more}", file=sys.stderr, flush=True)
                 self.printed = now
             self.seen.add(stage)
@@ -424,7 +425,7 @@ class Stages:
         if new and elapsed > 0.5:
             end_line()
         bar = "#" * number + "." * (len(STAGES) - number)
-        line(f"[{bar}] {text}: step {self.steps}{most}, {elapsed:.0f} s")
+        line(f"[{bar}] {text}: step {self.steps}{limit}, {elapsed:.0f} s")
 
 
 @dataclass

@@ -24,9 +24,10 @@ Cites: morosi_2011, pierart_2015.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import pi, sqrt
+from typing import Protocol
 
 import numpy as np
 
@@ -64,20 +65,13 @@ MOST_MATCHES = 6
 """Most corrections of the other law's coefficient until the flows are equal."""
 FLOW_STEP = 0.02
 """Step of the flow's relative change in finite differences."""
-Progress = Callable[[str], None]
-"""Function of a stage's name, called with each step of the work."""
 
 
-class Stage(str):
-    """Name of a stage of the work, with the most steps that it takes where that is known, else 0."""
+class Progress(Protocol):
+    """Function that is called with each step of the work."""
 
-    most: int
-
-    def __new__(cls, name: str, most: int = 0) -> Stage:
-        """The name as text, to which the number is added."""
-        stage = super().__new__(cls, name)
-        stage.most = most
-        return stage
+    def __call__(self, stage: str, most: int = 0) -> None:
+        """Note a step of a stage, and the most steps that it takes, 0 where that is not known."""
 
 
 @dataclass(frozen=True)
@@ -315,7 +309,7 @@ class CompiledModels:
 
     @classmethod
     def of(
-        cls, machine: Machine, effects: Iterable[str] | None = None, progress: Progress = lambda _: None
+        cls, machine: Machine, effects: Iterable[str] | None = None, progress: Progress = lambda stage, most=0: None
     ) -> CompiledModels:
         """Compile the twins of a machine with all effects of the catalogue, or these, as candidates."""
         only = None if effects is None else tuple(sorted(set(effects)))

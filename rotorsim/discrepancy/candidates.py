@@ -16,7 +16,7 @@ out. Two effects whose signatures make a cosine above 0.95 are aliases.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import combinations, pairwise, product
 from pathlib import Path
@@ -30,7 +30,7 @@ from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import show
-from rotorsim.discrepancy.calibration import GRID, STEP, FitParameter, ParameterPoint, calibration
+from rotorsim.discrepancy.calibration import GRID, STEP, FitParameter, ParameterPoint, Progress, calibration
 from rotorsim.discrepancy.comparison import SensitivityColumns, TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows, singular_directions
 from rotorsim.discrepancy.records import make_trial, make_trials, open_records
@@ -473,7 +473,7 @@ def alias_matrix(
     machine: Machine | str | Path,
     records: Iterable[Any] | None = None,
     mapping: Any = None,
-    progress: Callable[[str], None] = lambda stage: None,
+    progress: Progress = lambda stage, most=0: None,
 ) -> AliasMatrix:
     """Alias matrix of a machine for the inputs of records or of the standard campaign.
 

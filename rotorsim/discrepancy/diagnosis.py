@@ -20,7 +20,6 @@ from rotorsim.discrepancy.calibration import (
     FitParameter,
     ParameterPoint,
     Progress,
-    Stage,
     calibration,
     within,
 )
@@ -241,7 +240,7 @@ def diagnose(
     mapping: Any = None,
     models: CompiledModels | None = None,
     threads: int = THREADS,
-    progress: Progress = lambda stage: None,
+    progress: Progress = lambda stage, most=0: None,
     resume: str | Path | None = None,
     plan_next: Iterable[str] | None = None,
 ) -> Diagnosis:
@@ -263,8 +262,8 @@ def diagnose(
         Kept with the verdict; nothing in the search is drawn, so that it changes nothing.
     tolerance : float
         Declared tolerance of the model, as a share of every line.
-    progress : function of a stage's name
-        Called with each stage and step of the work.
+    progress : function of a stage's name and the most steps that it takes
+        Called with each step of the work; the number is 0 where it is not known.
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
@@ -449,7 +448,6 @@ class DiagnosisRun:
         sweeps = any(t.orders for t in self.fitted.trials)
         repeats, enough = (SWEEP_REPEATS, 0.99) if sweeps else (MOST_REPEATS, 0.95)
         step = self._steps("calibrate", most_simulations(calibration(self.fitted.twin), repeats))
-        step()
         models = self.models
         base = recalibrate(self.fitted, models.fine, self.tolerance, step, models.law)
         fitted = self.fitted.measured - base.residual * self.fitted.sigma
@@ -513,7 +511,7 @@ class DiagnosisRun:
 
     def _steps(self, stage: str, most: int) -> Callable[[], None]:
         """Progress of a stage by its steps, with their largest number."""
-        return partial(self.progress, Stage(stage, most))
+        return partial(self.progress, stage, most)
 
     def _placed(self, base: ParameterFit, step: Callable[[], None]) -> ParameterFit:
         """The calibration, or that with one bearing far off where it explains the records better; sets what is far."""
@@ -678,7 +676,7 @@ class DiagnosisRun:
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
-                          progress=lambda stage: self.progress("discover"),
+                          progress=lambda stage, most=0: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
             own.large, own.far_bearings = self.large, self.far_bearings
             own.late, own.growing = self.late, self.growing
@@ -951,7 +949,8 @@ class DiagnosisRun:
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         found = EffectSearch(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
                        held_excess, lambda: self.progress("name"),
-                       nominal=nominal if self.laws is None else None,  # laws are of the calibrated point
+                       # laws are few: all have those of the calibrated point, and those of the file's in `before`
+                       nominal=nominal if self.laws is None else None,
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
         if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal

@@ -59,7 +59,7 @@ def decide(
     sure: float = SURE,
     out: str | Path | None = None,
     mapping: Any = None,
-    progress: Progress = lambda stage: None,
+    progress: Progress = lambda stage, most=0: None,
     shown: ShowSteps = lambda steps: None,
     models: CompiledModels | None = None,
     tolerance: float = TOLERANCE,

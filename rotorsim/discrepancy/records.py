@@ -405,6 +405,13 @@ def check_pressure(machine: Machine, trial: Trial) -> None:
         raise DataError(f"{trial.name}: the pressure is {trial.pressure:g} Pa; is it in MPa or bar? state the unit")
 
 
+ONE_EXCITATION = (
+    "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
+    "indistinguishable from linear ones; record the same points with half the excitation"
+)
+"""Note on records that leave non-linear effects open."""
+
+
 def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     """Sentences on effects that this set of records cannot distinguish; none for tables of vectors alone."""
     swept = any(t.orders for t in trials)
@@ -422,10 +429,7 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     if len(speeds) < 2 and not swept:
         notes.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
     if len(sizes) < 2:
-        notes.append(
-            "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
-            "indistinguishable from linear ones; record the same points with half the excitation"
-        )
+        notes.append(ONE_EXCITATION)
     if film and len({round(t.pressure, -4) for t in trials}) < 2:
         notes.append("one pressure only: supply droop, discharge and clearance are indistinguishable")
     return notes

@@ -194,8 +194,12 @@ def repeating_motion(
     rates = rotor.a_old + np.arange(n)  # so it keeps the acceleration
     began = {i: w[i] for i in (rotor.angle, a.rig.tick, rotor.time, rotor.turns)}
     turn = 2 * np.pi / abs(speed) if inputs is None else len(inputs) * RIG_SAMPLE
+    remembers = any(call.effect.states for call in a.calls)
+    # readings are those of the run's own samples; what sensors remember by their number ends where the run begins
+    first = began[a.rig.tick] - (round(turn / RIG_SAMPLE) if remembers else 0)
     for number in range(1, ROUNDS + 1):
         before, moved, reached = w[at].copy(), w.copy(), np.zeros(3 * n)
+        moved[a.rig.tick], moved[rotor.turns] = first, began[rotor.turns]
         run = Simulation(a, moved)
         readings = run.advance(rows[: last - len(weights)])
         for k, weight in enumerate(weights, last - len(weights)):
@@ -215,7 +219,7 @@ def repeating_motion(
             break
     for i, value in began.items():
         w[i] = value
-    exact = left <= EXACT and not any(call.effect.states for call in a.calls)
+    exact = left <= EXACT and not remembers
     return RepeatingMotion(w, left <= SETTLED, readings[:, READ : READ + 5] if exact else None)
 
 
@@ -262,13 +266,19 @@ def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarra
     begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
     free, unforced = w.copy(), period.copy()
     unforced[:, 2:6] = 0.0
+    free[a.rig.tick] -= len(period)  # what sensors remember by the number of a sample ends where the run begins
     Simulation(a, free).advance(unforced)
-    # a step remembers the acceleration, a sum too, and the last force, which is as a period of the force leaves it
-    last = a.rotor.a_old + np.arange(n)
+    # a step remembers the acceleration and sensors their readings, sums too, and the last force, which is as a period
+    # of the force leaves it
+    sensors = [
+        a.rig.states + call.state + np.arange(call.effect.states) for call in a.calls if call.effect.port == "sensor"
+    ]
+    last = np.concatenate([a.rotor.a_old + np.arange(n), *sensors])
     start, began = w[at], {i: w[i] for i in (a.rotor.angle, a.rig.tick, a.rotor.time, a.rotor.turns)}
     found, d = w, np.zeros(2 * n)
     for _ in range(ROUNDS):
         moved = found.copy()
+        moved[a.rig.tick] -= len(period)
         Simulation(a, moved).advance(period)
         change = moved[at] - free[at] - d
         if not np.all(np.isfinite(change)):

@@ -94,14 +94,16 @@ def fill_addresses(record: np.recarray, calls: Sequence[Call]) -> None:
 
 
 def _compiled(function: PortFunction, effect: type[Effect], record: Any) -> int:
-    """Address of an effect's kernel; raises DataError with the compiler's first line for one that does not compile."""
+    """Address of an effect's kernel; raises DataError with what the compiler has first for one that it refuses."""
     try:
         return address_of(alone(function, effect), function.kinds, record)
     except RotorsimError:
         raise
     except Exception as error:  # numba's own errors, and what its writers raise of a wrong name
-        lines = [line for line in str(error).splitlines() if line.strip() and not line.startswith("Failed in")]
-        reason = lines[0].strip() if lines else type(error).__name__
+        lines = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Failed in")]
+        # a line that announces the next one has the call that failed there
+        lines = lines[: 2 if lines and lines[0].endswith(":") else 1] or [type(error).__name__]
+        reason = " ".join(line.removeprefix(">>> ") for line in lines)
         kernel = getattr(effect, function.kernel).__name__
         raise DataError(
             f"effect {effect.name}: its kernel {kernel} does not compile: {reason}; see its names and parameters",

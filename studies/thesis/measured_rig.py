@@ -148,7 +148,7 @@ def main() -> None:
     out, cpu = parser.parse_args().out, time.process_time()
     out.mkdir(parents=True, exist_ok=True)
     machine = without_orders(rs.load_machine(CAMPAIGN))
-    found = rs.diagnose(machine, records(), progress=lambda stage: line(stage, stage == "show"))
+    found = rs.diagnose(machine, records(), progress=lambda stage, most=0: line(stage, stage == "show"))
     seconds = time.process_time() - cpu
     found.report(out / "report.html")
     numbers = {"status": found.status, "sentence": found.sentence, "gap_um": gaps(found), "gone": reduction(found.gap),

@@ -11,6 +11,7 @@ import xarray as xr
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter, ParameterPoint
+from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.diagnosis import NO_PEACE, DiagnosisRun, trials_of
@@ -482,7 +483,7 @@ def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, force=
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
     verdict = SearchVerdict(status, SimpleNamespace(keys=BOW, failed=True) if status in ("named", "tie") else None)
     run = DiagnosisRun(SimpleNamespace(film=film), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
-                       lambda stage: None)  # fmt: skip
+                       lambda stage, most=0: None)  # fmt: skip
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
     monkeypatch.setattr(run, "_with_shear", lambda fit: fit)
     monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
@@ -594,9 +595,26 @@ def judged_laws(laws, best, more, flags, monkeypatch):
                         ("_as_exact_as_shown", (fits[best], [])), ("_result", Stated(effects=(None,)))):  # fmt: skip
         monkeypatch.setattr(DiagnosisRun, name, lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 1000.0)
-    run = DiagnosisRun(machine, models, {"fit": part}, (), [], 0.0, lambda stage: None)
+    run = DiagnosisRun(machine, models, {"fit": part}, (), [], 0.0, lambda stage, most=0: None)
     found = run._discovered(base, flags, [], {"fit": None}, [], [])
     return found and found.discovered
+
+
+@pytest.mark.parametrize(("softer", "own"), [(1.2, True), (0.1, False)])
+def test_a_law_is_searched_from_the_files_own_numbers_too_where_its_calibration_is_not_believed(softer, own):
+    """At each of the two points with the sensitivities of that point."""
+    bearing, size = FitParameter("bearing.0.kx", 0.02, 0.3), FitParameter("coupling.0.force_2x", 1.0)
+    form = Form("coupling", "coupling.force_2x", (size,))
+    columns = SimpleNamespace(columns=lambda point, parameters, progress=None: np.full((3, len(parameters)), 1e-6))
+    part = SimpleNamespace(stored=columns, sigma=np.full(3, 1e-6), residual=lambda point: np.full(3, 2.0))
+    run = DiagnosisRun(machine_of_laws(), None, {"fit": part}, (form,), [], 0.0, lambda stage, most=0: None,
+                       laws=(cubic(1e12),))  # fmt: skip
+    base = ParameterFit((bearing,), ParameterPoint({bearing: softer}), np.ones(3), np.ones((3, 1)), 3.0)
+    found = run._search(base, [], [])
+    assert found.nominal is None and (found.before is not None) == own
+    if found.before:
+        start = found.before
+        assert not start.base.point.values and start.nominal is start.base and start.updated == {form.label}
 
 
 def law_of(*names: str) -> ProposedLaw:
@@ -635,7 +653,7 @@ def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or
             for z, cost in zip(at, (5.0, 6.0), strict=True)]  # fmt: skip
     part = SimpleNamespace(residual=lambda point: np.zeros(3), sigma=np.ones(3), clock_offsets=lambda point: {},
                            layout=SimpleNamespace(record=np.arange(3)))  # fmt: skip
-    run = DiagnosisRun(machine_of_laws(), None, {"fit": part}, (), [], 0.0, lambda stage: None)
+    run = DiagnosisRun(machine_of_laws(), None, {"fit": part}, (), [], 0.0, lambda stage, most=0: None)
     gap = xr.Dataset({"gap": (("record", "axis", "stage"), np.ones((1, 2, 4)))})
     base = ParameterFit((softer,), ParameterPoint({softer: 0.0}), np.zeros(3), np.eye(3)[:, :1], 9.0)
     moved = replace(base, point=ParameterPoint({softer: 0.1}))
@@ -753,7 +771,7 @@ def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
     case = drawn(next(law for law in LAWS if law.name == "absorber"), 2)
     parts, base, models = calibrated(case)
     trials = [t for part in parts.values() for t in part.trials]
-    run = DiagnosisRun(machine_of_laws(), models, parts, (), trials, TOLERANCE, lambda stage: None)
+    run = DiagnosisRun(machine_of_laws(), models, parts, (), trials, TOLERANCE, lambda stage, most=0: None)
     base = run._with_shear(base)
     laws = laws_of(run._seen(parts["fit"], base), run._seen(parts["held_out"], base), base)
     found = run._of_memory(base, [], laws, base.cost, [])

@@ -1,20 +1,34 @@
 """Damped least squares, projection and classes of indistinguishable effects, without a plant."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from rotorsim.discrepancy import fit
 from rotorsim.discrepancy.calibration import (
     REFERENCE_SPEED,
     FitParameter,
     ParameterPoint,
+    calibration,
     contributions,
     sd_of_polar,
     setting,
 )
 from rotorsim.discrepancy.candidates import Form, class_of, screen
-from rotorsim.discrepancy.fit import ParameterFit, covariance, fit_parameters, singular_directions
+from rotorsim.discrepancy.fit import (
+    LENGTHS,
+    MOST_STEPS,
+    ParameterFit,
+    covariance,
+    far_places,
+    fit_parameters,
+    most_simulations,
+    recalibrate,
+    relinearised,
+    singular_directions,
+)
 from rotorsim.discrepancy.judge import VERDICTS
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.effects import REGISTRY
@@ -24,6 +38,7 @@ from rotorsim.machine import load_machine
 pytestmark = pytest.mark.numerical
 
 A, B = FitParameter("a", 0.1), FitParameter("b", 0.1)
+FLAG = SimpleNamespace(number=0, channel="x", group="1X", chi2=1.0, excess=1.0)
 
 
 @dataclass
@@ -45,6 +60,54 @@ def test_a_nonlinear_fit_with_a_kept_jacobian_converges():
     J = np.column_stack([t * np.exp(found.vector[0] * t), t**2])
     better = fit_parameters(Curve(), found.point, [A, B], J, steps=40)
     assert better.cost < 1e-3 * start
+
+
+class Restless:
+    """Comparison whose every line stays flagged, and whose columns take a simulation each."""
+
+    def __init__(self, twin):
+        lines = SimpleNamespace(groups=["resonance"], group=np.zeros(9, int), frequency=np.ones(9))
+        self.twin, self.trials, self.layout, self.sigma = twin, [], lines, np.ones(9)
+        self.directions, self.measured, self.stored = {}, np.ones(9), self
+
+    def predict(self, point):
+        return np.zeros(9)
+
+    def residual(self, point):
+        return np.ones(9)
+
+    def set_floor(self, *given):
+        pass
+
+    def columns(self, point, parameters, progress):
+        for _ in {replace(k, trend="").name for k in parameters}:
+            progress()
+        return np.ones((9, len(parameters)))
+
+    def jacobian(self, point, parameters, progress):
+        return self.columns(point, parameters, progress)
+
+
+@pytest.mark.parametrize("repeats", [2, 7])
+def test_the_most_simulations_of_a_recalibration_are_those_of_one_in_which_no_step_is_spared(repeats, monkeypatch):
+    """Every fit takes all its steps at all lengths, halves the sum of squares, and is repeated while it may be."""
+
+    def fitted(comparison, point, parameters, J, residual=None, steps=MOST_STEPS, progress=None):
+        for _ in range(steps * len(LENGTHS)):
+            progress()
+        costs.append(costs[-1] / 2)
+        return ParameterFit(tuple(parameters), point, np.ones(9), J, costs[-1])
+
+    twin, costs, calls = Twin(load_machine("plain_rotor"), only=()), [1e9], []
+    for name, value in (("fit_parameters", fitted), ("table", lambda *given: [FLAG]), ("flagged", list),
+                        ("foreseen", lambda *given: lambda shift: 0.0)):  # fmt: skip
+        monkeypatch.setattr(fit, name, value)
+    comparison, step = Restless(twin), lambda: calls.append(1)
+    base = recalibrate(comparison, None, progress=step)
+    for _ in range(repeats):
+        base = relinearised(comparison, base, step)
+    far_places(comparison, base, step)
+    assert len(calls) == most_simulations(calibration(twin), repeats)
 
 
 def test_a_prior_holds_what_the_data_do_not_tell():

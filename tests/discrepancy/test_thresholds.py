@@ -573,7 +573,7 @@ def run_of_two_records():
     """Run of a diagnosis, with records as far as the covariance of `far_fit` needs them."""
     layout = SimpleNamespace(record=np.repeat([0, 1], len(SOFT.parameters)))
     parts = {"fit": SimpleNamespace(layout=layout, scatter_known=True)}
-    return DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda _: None)
+    return DiagnosisRun(load_machine("plain_rotor"), None, parts, (), (), 0.01, lambda stage, most=0: None)
 
 
 def test_a_far_calibration_is_a_finding_where_a_number_is_off_beyond_its_own_uncertainty():

@@ -28,8 +28,12 @@ def coupled(machine, models, recorded):
 
 def test_a_machine_in_which_nothing_is_missing_gets_no_name(machine, models, recorded):
     records, _ = recorded((), 3)
-    found = diagnose(machine, records, models=models)
+    steps = list[tuple[str, int]]()
+    found = diagnose(machine, records, models=models, progress=lambda stage, most=0: steps.append((stage, most)))
     assert found.status == "no_disagreement"
+    for stage in ("calibrate", "screen"):
+        own = [most for name, most in steps if name == stage]
+        assert 0 < len(own) <= own[0] and len({*own}) == 1
     assert not found.effects and found.exit_code == 0
     assert found.apply().hash != machine.hash  # the new calibration
 

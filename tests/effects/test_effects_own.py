@@ -136,6 +136,13 @@ def test_a_kernel_that_allocates_does_not_compile(own_machine, held, body):
         plant.start(150.0).advance(held(2, 150.0, 0.0))
 
 
+def test_the_refusal_of_a_call_that_numba_does_not_know_has_the_call(own_machine):
+    """The compiler's first line ends before it; no line of it is cut off there."""
+    with pytest.raises(DataError) as caught:
+        Plant(own_machine("return np.full(2, p.force).sum(), 0.0")).start(150.0)
+    assert "full(Literal[int](2), float64)" in str(caught.value) and ":;" not in str(caught.value)
+
+
 def test_the_shipped_step_is_compiled_without_numbas_runtime(rig):
     module = rig().assembly.module
     for name in ("run", "step", "try_step", "solve_stage", "solve_film", "factorise", "settle", "serve"):

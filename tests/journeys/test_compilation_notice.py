@@ -70,7 +70,7 @@ def test_a_diagnosis_notes_it_before_it_compiles_anything(monkeypatch):
     order = []
     monkeypatch.setattr(calibration, "is_compiled", lambda module: False)
     monkeypatch.setattr(calibration, "other_law", lambda twin: order.append("equilibrium"))
-    calibration.CompiledModels.of(load_machine("plain_rotor"), progress=order.append)
+    calibration.CompiledModels.of(load_machine("plain_rotor"), progress=lambda stage, most=0: order.append(stage))
     assert order == ["compile", "equilibrium"]
 
 
@@ -88,5 +88,5 @@ def test_a_diagnosis_notes_in_a_pipe_each_stage_once_and_again_where_it_lasts(ca
     stages.show("experiment")
     assert capsys.readouterr() == ("", f"{texts[-1]}: step 3, 31 s\n")
     now[0] += QUIET + 1
-    stages.show(calibration.Stage("calibrate", 40))
+    stages.show("calibrate", 40)
     assert "step 1 of at most 40, 62 s" in capsys.readouterr().err
