@@ -20,7 +20,8 @@ vectors = idn.read(data / "runup.csv", data / "runup.toml")
 found = rs.discrepancy.diagnose("bently_rk4", [vectors], effects=["runout", "shaft_bow"])
 print(f"verdict: {found.status}")
 for effect in found.effects:
-    print(effect.form, {name: f"{value:.3g} +- {effect.sd[name]:.2g}" for name, value in effect.parameters.items()})
+    print(" or ".join(effect.tie_class), "of which the sizes are those of", effect.form)
+    print({name: f"{value:.3g} +- {effect.sd[name]:.2g}" for name, value in effect.parameters.items()})
 for note in found.notes:
     print(note)
 

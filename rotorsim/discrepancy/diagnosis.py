@@ -150,6 +150,7 @@ from rotorsim.discrepancy.verdict import (
     explanation_odds,
     joined_classes,
     judge,
+    one_of_each_class,
     probability_of,
     with_more,
 )
@@ -780,9 +781,10 @@ class DiagnosisRun:
         self, base: ParameterFit, flags: list[Misfit], verdict: SearchVerdict, search: EffectSearch | None, share: float
     ) -> Judgement:
         """The verdict of the judge on all evidence; `share` of the response stays unexplained."""
-        odds, known = self._odds(base, flags, verdict, search), frozenset[str]()
+        odds, known, tried = self._odds(base, flags, verdict, search), frozenset[str](), verdict.tried
         if search is not None:
             odds, known = joined_classes(odds, verdict), frozenset(f.key for f in search.forms)
+            verdict = one_of_each_class(verdict, base, known)
         expected = by_odds(verdict, odds, known)
         best = expected.best
         if expected.status == "no_disagreement":
@@ -810,28 +812,15 @@ class DiagnosisRun:
         # a law is fitted next to losses that it resembles: those of the shaft may end at their limits
         names = {k.name for k in base.parameters if self.laws is None or k.key.startswith("bearing.")}
         astray = () if best is None else tuple(name for name in strained(best.fit) if name in names)
-        return judged(
+        late = "" if self.late is None else self.late.sentence
+        found = judged(
             AllEvidence(
-                verdict,
-                odds,
-                known,
-                tuple(left),
-                tuple(of_form),
-                gone,
-                worse,
-                alone,
-                self.large,
-                share,
-                scatter,
-                "" if self.late is None else self.late.sentence,
-                seen_together(groups),
-                astray,
-                self.growing,
-                self.unclear,
-                bool(flags),
-                self._faint(base),
+                verdict, odds, known, tuple(left), tuple(of_form), gone, worse, alone, self.large, share, scatter, late,
+                seen_together(groups), astray, self.growing, self.unclear, bool(flags), self._faint(base),
             )
-        )
+        )  # fmt: skip
+        named = joined_classes(found.odds, found.verdict)
+        return replace(found, verdict=replace(found.verdict, tried=tried), odds=named)
 
     def _faint(self, base: ParameterFit) -> tuple[Hypothesis, ...]:
         """Single effects below what a name takes that are alike, the best first: all records agree with each of them.

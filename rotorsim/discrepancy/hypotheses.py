@@ -51,6 +51,8 @@ MOST_HALVINGS = 4
 """Most reductions of the linear estimate, by 0.4 each, before a fit begins at size 0."""
 MOST_ROUNDS = 8
 """Most fits of a hypothesis with new sensitivities."""
+FITTED_ON = 2
+"""Hypotheses from the machine file's own numbers that are fitted on: as many as most classes have members."""
 COARSE = 10.0
 """Factor on the floor where forms are ranked against a calibration that is not believed."""
 FINALISTS = 10
@@ -379,9 +381,15 @@ class EffectSearch:
             return found
         if self.base_excess <= 0:
             return _best_of([*found, *self.in_place_of_calibration()])
-        # the two that fit best; a large effect is not linear, and its fit takes more rounds
-        started = [self._closer(h) if i < 2 else h for i, h in enumerate(self.before.singles())]
-        return _best_of([*found, *(h for h in started if h.fit.cost < self.base.cost)])
+        return _best_of([*found, *self._fitted_on(self.before.singles())])
+
+    def _fitted_on(self, started: Sequence[Hypothesis]) -> list[Hypothesis]:
+        """Hypotheses from the machine file's own numbers that are better than the calibration, the best ones fitted on.
+
+        A large effect is not linear, and its fit from there takes more rounds.
+        """
+        found = [self._closer(h) if i < FITTED_ON else h for i, h in enumerate(started)]
+        return [h for h in found if h.fit.cost < self.base.cost]
 
     def in_place_of_calibration(self) -> list[Hypothesis]:
         """Single forms that may be what a calibration beyond its priors has taken up, fitted as long as that helps.
@@ -426,13 +434,23 @@ class EffectSearch:
         return sorted(found, key=lambda h: h.fit.cost)
 
     def best_sets(self, size: int) -> list[Hypothesis]:
-        """`sets`; where none of those that explain the misfit is believed, from the file's own numbers too."""
+        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed."""
         found = self.sets(size)
-        good = [h for h in found if passes(h, self)]
-        if self.before is None or not good or not all(strained(h.fit) for h in good):
+        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
             return found
-        started = [self._closer(h) if i == 0 else h for i, h in enumerate(self.before.sets(size))]
-        return _best_of([*found, *(h for h in started if h.fit.cost < self.base.cost)])
+        return _best_of([*found, *self._fitted_on(self.before.sets(size))])
+
+    def refitted(self, forms: Sequence[Form]) -> list[Hypothesis]:
+        """Fits of forms that help, next to the calibration and, where that is astray, from the file's own numbers."""
+        found = []
+        for search in (self, self.before):
+            if search is None:
+                continue
+            drop, start = search.screened().drop(*(search.forms.index(f) for f in forms))
+            if drop > 0:
+                h = search.hypothesis(forms, start)
+                found.append(h if search is self else self._closer(h))
+        return [h for h in found if not h.failed and h.fit.cost < self.base.cost]
 
     def _pool(self, view: Screening, most: int) -> list[int]:
         """Forms worth combining: best options of every key by their own drop, and by what they add to the best one."""

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import permutations
 from math import comb
 
 import numpy as np
@@ -35,7 +36,7 @@ from rotorsim.discrepancy.evidence import (
     unexplained_gain,
     whitened_size,
 )
-from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.fit import ParameterFit, strained
 from rotorsim.discrepancy.hypotheses import (
     CLEAR,
     ENOUGH,
@@ -113,7 +114,7 @@ def judge(search: EffectSearch) -> SearchVerdict:
             and not any(set(s.keys) < set(h.keys) and s.fit.cost < h.fit.cost + CLEAR for s in tried)
         ]
         if good:
-            return _accepted(search, good[0], found, known, tried)
+            return _accepted(search, preferred(good[0], good, search.base, known), found, known, tried)
         if size > 1 and not _worth_more(tried, size):
             break
     return _short_of_a_name(search, tried, known)
@@ -157,7 +158,7 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
     good = [h for h in found if passes(h, onward)]
     if not good:
         return []
-    first = onward.polished(good[0])
+    first = onward.polished(preferred(good[0], good, onward.base, {f.key for f in search.forms}))
     joined = [
         replace(h, forms=(*best.forms, *h.forms), excess=left, gone=share_gone(left, search.base_excess))
         for h in (first, *tied(first, found, onward.base))
@@ -194,26 +195,53 @@ def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[s
     best = min(helps, key=lambda h: h.score)
     simpler = [h for h in helps if set(h.keys) < set(best.keys) and h.gone > best.gone - ANOTHER]
     best = min(simpler, key=lambda h: (len(h.forms), h.score)) if simpler else best
+    best = preferred(best, helps, search.base, known)
     rivals = tied(best, [h for h in helps if len(h.forms) == len(best.forms)], search.base)
     return SearchVerdict("partial", best, tuple(rivals), tuple(class_of(k, known) for k in best.keys), tuple(tried))
 
 
 def tied(best: Hypothesis, others: Sequence[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
     """Hypotheses that the records cannot distinguish from the best one."""
+    near = as_near(best, others, base)
+    return [h for h in near if h is not best and h.gone >= 0.8]
+
+
+def as_near(best: Hypothesis, others: Iterable[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
+    """Hypotheses whose sums of squares are within a tie of that of the best one."""
     margin = max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
-    return [h for h in others if h is not best and h.fit.cost - best.fit.cost < margin and h.gone >= 0.8]
+    return [h for h in others if h.fit.cost - best.fit.cost < margin]
+
+
+def preferred(best: Hypothesis, others: Iterable[Hypothesis], base: ParameterFit, known: Iterable[str]) -> Hypothesis:
+    """The member of a hypothesis' class, among those within a tie, that asks least of the machine.
+
+    It has the fewest calibrated numbers that are not believed, then leaves least at held-out points. The records do not
+    distinguish members of a class, and sums of squares within a tie do not choose: that an effect needs a number which
+    is not believed speaks against it.
+    """
+    alike = [h for h in as_near(best, others, base) if not h.failed and _classes(h, known) == _classes(best, known)]
+    return min([best, *alike], key=lambda h: (len(strained(h.fit)), h.held_out, h.fit.cost))
+
+
+def _classes(h: Hypothesis, known: Iterable[str]) -> list[tuple[str, ...]]:
+    """Classes of the effects of a hypothesis, sorted."""
+    return sorted(class_of(key, known) for key in h.keys)
+
+
+def one_of_each_class(verdict: SearchVerdict, base: ParameterFit, known: Iterable[str]) -> SearchVerdict:
+    """The verdict with, of all that was tried, only the preferred members of their classes."""
+    best: dict[tuple[tuple[str, ...], ...], Hypothesis] = {}
+    able = [h for h in verdict.tried if not h.failed]
+    for h in sorted(able, key=lambda h: h.fit.cost):
+        best.setdefault(tuple(_classes(h, known)), h)
+    return replace(verdict, tried=tuple(preferred(h, able, base, known) for h in best.values()))
 
 
 def without_idle(h: Hypothesis, search: EffectSearch) -> Hypothesis:
     """Backward elimination of forms without which the others explain as much."""
     while len(h.forms) > 1:
-        smaller = []
-        view = search.screened()
-        for i in range(len(h.forms)):
-            rest = tuple(f for k, f in enumerate(h.forms) if k != i)
-            drop, start = view.drop(*(search.forms.index(f) for f in rest))
-            if drop > 0:
-                smaller.append(search.hypothesis(rest, start))
+        rests = [tuple(f for k, f in enumerate(h.forms) if k != i) for i in range(len(h.forms))]
+        smaller = [found for rest in rests for found in search.refitted(rest)]
         best = min(smaller, key=lambda s: s.score, default=None)
         if best is None or best.score > h.score + 10 or (h.gone >= ENOUGH > best.gone):
             return h
@@ -394,23 +422,29 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
 
 
 def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
-    """Odds with the members of each identified effect's class as one; some classes follow from the size."""
+    """Odds with the members of each identified effect's class as one, by the name of the verdict's member.
+
+    So with something beyond the catalogue as without; some classes follow from the size.
+    """
     if verdict.best is None:
         return tuple(odds)
-    own, key_sets = verdict.best.keys, [set(c) for c in verdict.classes]
+    own, orders = verdict.best.keys, list(permutations(verdict.classes))
 
     def same(e: Explanation) -> bool:
-        pairs = zip(e.effects, key_sets, strict=False)
-        return not e.beyond and len(e.effects) == len(key_sets) and all(key in c for key, c in pairs)
+        alike = len(e.effects) == len(verdict.classes)
+        return alike and any(all(key in c for key, c in zip(e.effects, order, strict=True)) for order in orders)
 
-    members = [e for e in odds if same(e)]
-    if len(members) < 2:
-        return tuple(odds)
-    first = next((e for e in members if own in (e.effects, *e.alike)), members[0])
-    alike = tuple(keys for e in members for keys in (e.effects, *e.alike) if keys != first.effects)
-    one = replace(first, probability=sum(e.probability for e in members), alike=alike)
-    rest = [e for e in odds if e not in members]
-    return tuple(sorted((one, *rest), key=lambda e: (-e.probability, e.name)))
+    joined = [e for e in odds if not same(e)]
+    for beyond in (False, True):
+        members = [e for e in odds if e.beyond == beyond and same(e)]
+        every = [keys for e in members for keys in (e.effects, *e.alike)]
+        if not members:
+            continue
+        first = next((e for e in members if own in (e.effects, *e.alike)), members[0])
+        name = own if own in every else first.effects
+        alike = tuple(keys for keys in every if keys != name)
+        joined.append(replace(first, effects=name, probability=sum(e.probability for e in members), alike=alike))
+    return tuple(sorted(joined, key=lambda e: (-e.probability, e.name)))
 
 
 def probability_of(keys: tuple[str, ...], odds: Sequence[Explanation]) -> float:

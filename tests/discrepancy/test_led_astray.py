@@ -1,5 +1,7 @@
 """Calibrations that something missing has led astray: noticed, and searched from the machine file's own numbers too."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -10,19 +12,28 @@ from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit, strained
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
 from rotorsim.discrepancy.hypotheses import EffectSearch
+from rotorsim.discrepancy.verdict import without_idle
 from rotorsim.machine import load_machine
 
 GAIN, SIZE = FitParameter("gain", 0.1, 1.0, -6.0, 6.0), FitParameter("size", 0.1)
-FORM = Form("runout", "runout.roughness", (SIZE,))
-ONES = np.ones(4)
+FIRST = FitParameter("first", 0.1)
+FORM, OTHER = Form("runout", "runout.roughness", (SIZE,)), Form("coupling", "coupling.force_2x", (FIRST,))
+ONES, SIGNS = np.ones(4), np.array([1.0, -1.0, 1.0, -1.0])
 
 
 class FlatResponse:
-    """The size of the candidate shows at a gain of about 0 only, and the gain itself takes a little of the misfit."""
+    """The size of the candidate shows at a gain of about 0 only, and the gain itself takes a little of the misfit.
+
+    Another effect, of a size of `other`, shows at any gain.
+    """
+
+    def __init__(self, other=0.0):
+        self.other = other
+        self.layout = SimpleNamespace(record=np.zeros(4, int))
 
     def residual(self, point):
-        gain, size = (point.values.get(k, 0.0) for k in (GAIN, SIZE))
-        return (2.0 - 0.1 * gain - size * np.exp(-(gain**2))) * ONES
+        gain, size, first = (point.values.get(k, 0.0) for k in (GAIN, SIZE, FIRST))
+        return (2.0 - 0.1 * gain - size * np.exp(-(gain**2))) * ONES + (self.other - first) * SIGNS
 
     def predict(self, point):
         return -self.residual(point)
@@ -32,12 +43,12 @@ class FlatResponse:
         return np.column_stack([(here - self.residual(point.moved([k], np.array([1e-6])))) / 1e-6 for k in parameters])
 
 
-def search(gain, monkeypatch):
-    """A search whose calibration stands at a gain."""
+def search(gain, monkeypatch, other=0.0):
+    """A search whose calibration stands at a gain; `other` is the size of another effect that is missing."""
     for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
         monkeypatch.setattr(f"rotorsim.discrepancy.hypotheses.{name}", stub)
     monkeypatch.setattr("rotorsim.discrepancy.hypotheses.within_form_error", lambda c, before, after: False)
-    comparison, point = FlatResponse(), ParameterPoint({GAIN: gain})
+    comparison, point = FlatResponse(other), ParameterPoint({GAIN: gain})
     r = comparison.residual(point)
     base = ParameterFit((GAIN,), point, r, comparison.jacobian(point, (GAIN,)), float(r @ r))
     columns = {FORM.label: comparison.jacobian(point, (SIZE,))}
@@ -64,30 +75,46 @@ def test_what_is_found_from_there_counts_only_where_it_is_better_than_the_calibr
 def test_a_further_effect_is_found_from_the_files_own_numbers_where_the_calibration_is_not_believed(
     gain, found, monkeypatch
 ):
-    """Next to a first effect, which does nothing here, a gain of 2 is believed and hides the further one."""
-    first = FitParameter("first", 0.1)
-    astray = search(gain, monkeypatch)
-    astray.before = search(0.0, monkeypatch)
-    named = Form("coupling", "coupling.force_2x", (first,))
-    base, point = astray.base, astray.base.point.moved([first], np.array([1.0]))
-    J = np.hstack([base.J, np.zeros((4, 1))])
-    fit = ParameterFit((*base.parameters, first), point, base.residual, J, base.cost)
-    onward = astray.onward(hypotheses.Hypothesis((named,), fit, base.cost, 0.0, 0.9))
+    """Next to a first effect, which takes its part of the misfit, a gain of 2 is believed and hides the further one.
+
+    The first one's size is found a third too small, and fitted on with the further one.
+    """
+    astray = search(gain, monkeypatch, other=1.5)
+    astray.before = search(0.0, monkeypatch, other=1.5)
+    base, point = astray.base, astray.base.point.moved([FIRST], np.array([1.0]))
+    residual, J = astray.comparison.residual(point), astray.comparison.jacobian(point, (GAIN, FIRST))
+    fit = ParameterFit((*base.parameters, FIRST), point, residual, J, float(residual @ residual))
+    assert fit.cost < base.cost - 7
+    onward = astray.onward(hypotheses.Hypothesis((OTHER,), fit, fit.cost, 0.0, 0.9))
     assert (onward.before is not None) == found
     best = min(onward.best_singles(), key=lambda h: h.fit.cost)
-    assert (best.fit.cost < 1.01 and best.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)) == found
+    assert (best.fit.cost < 0.01 and best.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)) == found
+    assert not found or best.fit.point.values[FIRST] == pytest.approx(1.5, abs=0.01)
 
 
-@pytest.mark.parametrize(("gain", "count"), [(5.0, 2), (2.0, 1)])
-def test_sets_are_found_from_the_files_own_numbers_unless_one_is_believed(gain, count, monkeypatch):
-    """A set that explains all next to a gain of 5 is not believed."""
+def test_what_is_idle_in_a_set_from_the_files_own_numbers_is_left_out(monkeypatch):
+    """At a gain of 5 the effect alone does nothing: its fit without the idle one begins at the file's numbers too."""
+    astray = search(5.0, monkeypatch)
+    astray.before = search(0.0, monkeypatch)
+    for one in (astray, astray.before):
+        one.forms, one.columns = (FORM, OTHER), one.columns | {OTHER.label: -SIGNS[:, None]}
+    point = ParameterPoint({GAIN: 0.0, SIZE: 2.0, FIRST: 0.0})
+    fit = ParameterFit((GAIN, SIZE, FIRST), point, 0 * ONES, np.ones((4, 3)), 0.0)
+    found = without_idle(hypotheses.Hypothesis((FORM, OTHER), fit, 0.0, 0.0, 1.0), astray)
+    assert found.forms == (FORM,) and found.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("gain", "good", "count"), [(5.0, True, 2), (2.0, True, 1), (2.0, False, 2), (5.0, False, 2)])
+def test_sets_are_found_from_the_files_own_numbers_unless_one_that_explains_all_is_believed(
+    gain, good, count, monkeypatch
+):
+    """A set next to a gain of 5 is not believed."""
     astray = search(gain, monkeypatch)
     astray.before = search(0.0, monkeypatch)
-    other = Form("coupling", "coupling.force_2x", (FitParameter("first", 0.1),))
     own = hypotheses.Hypothesis((FORM,), astray.base, 0.0, 0.0, 1.0)
     better = ParameterFit((GAIN,), ParameterPoint(), 0 * ONES, np.ones((4, 1)), 0.0)
-    there = hypotheses.Hypothesis((FORM, other), better, 0.0, 0.0, 1.0)
-    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.passes", lambda h, search: True)
+    there = hypotheses.Hypothesis((FORM, OTHER), better, 0.0, 0.0, 1.0)
+    monkeypatch.setattr("rotorsim.discrepancy.hypotheses.passes", lambda h, search: good)
     monkeypatch.setattr(EffectSearch, "sets", lambda self, size: [own] if self is astray else [there])
     monkeypatch.setattr(EffectSearch, "polished", lambda self, h: h)
     assert len(astray.best_sets(2)) == count

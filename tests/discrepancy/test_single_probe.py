@@ -166,11 +166,11 @@ def test_a_hidden_force_is_found_by_one_probe():
     assert found.status in ("named", "tie") and found.effects[0].form == "coupling.force_3x"
     assert {flag.channel for flag in found.localisation} == {"probe at 45 deg"}
     assert np.isnan(found.gap["gap"].sel(axis="y")).all()
-    # next to the critical speed 0.03 um are left, a quarter of the tolerance that the model declares there
+    # of the gap 85 % goes, of that without the record next to the critical speed all: there 0.029 um are left of 33 um
     [resonance] = (r for r in records if r.attrs["record"] == "untouched_2")
     left = float(found.gap["gap"].sel(record="untouched_2", axis="x", stage="with effect"))
-    assert left < TOLERANCE * float(resonance["probe_measured"].std())
-    assert reduction(found.gap.drop_sel(record="untouched_2")) > 0.9 and reduction(found.gap) > 0.8
+    assert left < 0.5 * TOLERANCE * float(resonance["probe_measured"].std())
+    assert reduction(found.gap.drop_sel(record="untouched_2")) > 0.95 and reduction(found.gap) > 0.8
 
 
 def kit(degrees):
@@ -201,4 +201,5 @@ def test_the_measured_run_up_is_never_free_of_disagreement():
     found = diagnose("bently_rk4", [kit(45)], effects=["runout", "shaft_bow", "coupling"])
     assert found.status == "partial"
     assert {f.form for f in found.effects} <= {"runout.amplitude_1x", "shaft_bow.bow"}
+    assert found.explanations[0].effects == tuple(f.form for f in found.effects)
     assert any("misses the phase" in note and "amplitude" not in note for note in found.notes)

@@ -26,7 +26,16 @@ from rotorsim.discrepancy.judge import (
 )
 from rotorsim.discrepancy.machine_file import far_off, recalibrated_values
 from rotorsim.discrepancy.records import make_trial
-from rotorsim.discrepancy.verdict import SURE, Explanation, SearchVerdict, joined_classes, shown_share, with_more
+from rotorsim.discrepancy.verdict import (
+    SURE,
+    Explanation,
+    SearchVerdict,
+    joined_classes,
+    one_of_each_class,
+    preferred,
+    shown_share,
+    with_more,
+)
 from rotorsim.machine import load_machine
 
 KNOWN = ("coupling.force_2x", "runout.amplitude_1x", "runout.amplitude_2x", "shaft_bow.bow")
@@ -96,6 +105,49 @@ def test_members_of_a_class_that_only_the_found_size_shows_are_one():
     found = joined_classes(odds((COUPLING, 0.6), (("crack.loss",), 0.3), beyond=0.1), verdict)
     assert found[0].effects == COUPLING and found[0].probability == pytest.approx(0.9)
     assert found[0].alike == (("crack.loss",),) and len(found) == 3
+
+
+@pytest.mark.parametrize("best", [BOW, ("runout.amplitude_1x",)])
+def test_a_class_has_the_name_of_the_verdicts_member_with_something_beyond_the_catalogue_too(best):
+    """The headline and the probabilities name the same member."""
+    other = ("runout.amplitude_1x",) if best == BOW else BOW
+    a, classes = fitted(best), (("runout.amplitude_1x", "shaft_bow.bow"),)
+    given = [Explanation(other, beyond, 1.0, 1e-3, True, p, (best,)) for beyond, p in ((True, 0.9), (False, 0.1))]
+    found = joined_classes(given, SearchVerdict("partial", a, (), classes, (a,)))
+    assert [(e.effects, e.beyond, e.probability, e.alike) for e in found] == [
+        (best, True, 0.9, (other,)), (best, False, 0.1, (other,))
+    ]  # fmt: skip
+
+
+def test_classes_of_a_set_are_found_in_any_order():
+    """Members of a class do not sort alike: a crack comes before the injector, an asymmetric shaft after a bow."""
+    a, alike = fitted(("coupling.force_2x", "misfit.a")), ("misfit.b", "shaft.force_2x")
+    verdict = SearchVerdict("tie", a, (), (("coupling.force_2x", "shaft.force_2x"), ("misfit.a", "misfit.b")), (a,))
+    (found,) = joined_classes([Explanation(alike, False, 1.0, 1e-3, True, 0.9)], verdict)
+    assert found.effects == alike and not found.alike
+
+
+def member(keys, cost, gain, held=0.0):
+    """A fitted hypothesis next to a calibration whose only number stands at so many standard deviations."""
+    number = FitParameter("gain", 0.1, 1.0, -6.0, 6.0)
+    fit = ParameterFit((number,), ParameterPoint({number: gain}), np.ones(4), np.ones((4, 1)), cost)
+    return SimpleNamespace(keys=keys, fit=fit, gone=1.0, failed=False, held_out=held, forms=keys)
+
+
+@pytest.mark.parametrize(
+    ("bow", "runout", "first"),
+    [((927.0, 5.0, 0.0), (932.0, 1.0, 9.0), "runout"), ((927.0, 1.0, 9.0), (932.0, 1.0, 4.0), "runout"),
+     ((927.0, 1.0, 4.0), (932.0, 5.0, 0.0), "bow"), ((927.0, 5.0, 0.0), (1927.0, 1.0, 0.0), "bow"),
+     ((927.0, 1.0, 0.0), (932.0, 1.0, 0.0), "bow")],
+)  # fmt: skip
+def test_of_a_class_within_a_tie_the_member_is_named_whose_calibration_is_believed(bow, runout, first):
+    """Then the one that leaves least at held-out points, then that which fits best; not one that fits clearly worse."""
+    a, b = member(BOW, *bow), member(("runout.amplitude_1x",), *runout)
+    base = ParameterFit((), ParameterPoint(), np.ones(4), np.ones((4, 0)), 2000.0)
+    chosen = {"bow": a, "runout": b}[first]
+    assert preferred(a, [a, b, member(COUPLING, 926.0, 0.0)], base, KNOWN) is chosen
+    verdict = SearchVerdict("partial", a, (), (), (b, a))
+    assert one_of_each_class(verdict, base, KNOWN).tried == (chosen,)
 
 
 def group(times, record="held_out_1"):
