@@ -45,7 +45,7 @@ from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
 from rotorsim.machine.bearings import BearingPart, TableBearing
 from rotorsim.machine.rotor import ShaftProbe
-from rotorsim.machine.schema import leaves
+from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.plant.linearise import DAMPED, LinearPlant
 from rotorsim.plant.simulation import describe, journal_room, settle
@@ -348,18 +348,12 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
     >>> list(found.sizes)
     ['check', 'path']
     """
-    known = {path: (value, spec) for path, value, spec, _ in leaves(plant.machine)}
-    for path in paths:
-        value, spec = known.get(path, (None, None))
-        if spec is None or isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
-            raise MachineFileError(f"{path}: is not a number above 0 of this machine", argument="paths", value=path)
+    known = _numbers(plant.machine, paths)
     speed = top_speed(plant)
     begun = _reserves(plant, speed, pressure)
     slope = np.full((len(begun), len(paths)), np.nan)
     for k, path in enumerate(paths):
-        value, spec = known[path]
-        assert spec is not None
-        unit = "" if spec.unit == "1" else f" {spec.unit}"
+        value, unit = known[path]
         at = speed * (1 + CHANGED) if path == "drive.highest_speed" else speed
         try:
             moved = _reserves(Plant(plant.machine.replace(path, f"{value * (1 + CHANGED)!r}{unit}")), at, pressure)
@@ -379,6 +373,17 @@ def reserve_slopes(plant: Plant, paths: Sequence[str], pressure: float = 0.5e6) 
         {"check": [name for name, _ in begun.values()], "path": list(paths)},
         plant.provenance() | {"kind": "reserve slopes", "pressure": pressure},
     )
+
+
+def _numbers(machine: Machine, paths: Sequence[str]) -> dict[str, tuple[float, str]]:
+    """Value and the unit behind it of every path to a number above 0; raises MachineFileError for another path."""
+    known, found = {path: (value, spec) for path, value, spec, _ in leaves(machine)}, {}
+    for path in paths:
+        value, spec = known.get(path, (None, None))
+        if spec is None or isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
+            raise MachineFileError(f"{path}: is not a number above 0 of this machine", argument="paths", value=path)
+        found[path] = float(value), "" if spec.unit == "1" else f" {spec.unit}"
+    return found
 
 
 def _reserves(plant: Plant, speed: float, pressure: float) -> dict[tuple[str, int], tuple[str, float]]:

@@ -257,12 +257,12 @@ class FollowedSpeed:
         s = complex(modes.values[np.abs(modes.values - self.mode.values[0]).argmin()])
         return -s.real / abs(s) if self.name == "onset" else abs(s) - speed
 
-    def of(self, machine: Equilibria, start: float) -> float | None:
+    def of(self, equilibria: Equilibria, start: float) -> float | None:
         """The speed [rad/s] of another machine, from a start; None where the mode is not found again."""
         speed, seed = start, self.mode
         for _ in range(MOST_STEPS):
             with one_thread():
-                seed = refined(model := machine.linearised(speed), seed)
+                seed = refined(model := equilibria.linearised(speed), seed)
             if not len(seed.values) or model.size != len(seed.right):
                 return None
             step = self.measure(seed, speed) / self.slope
@@ -501,19 +501,11 @@ def rank_shares(X: np.ndarray, y: np.ndarray, names: Sequence[str]) -> tuple[dic
 
 
 def random_machines(
-    machine: Plant | Machine | str,
-    vary: str | Sequence[str],
-    count: int = 500,
-    what: str | Sequence[str] = DEFAULT,
-    require: Sequence[str] = (),
-    speed: float | str = 0.0,
-    pressure: float | str = 0.5e6,
-    highest: float | str | None = None,
-    seed: int = 0,
-    workers: int = 1,
-    progress: Callable[[int, int], None] | None = None,
-    each: Spread | None = None,
-) -> RandomResult:
+    machine: Plant | Machine | str, vary: str | Sequence[str], count: int = 500, what: str | Sequence[str] = DEFAULT,
+    require: Sequence[str] = (), speed: float | str = 0.0, pressure: float | str = 0.5e6,
+    highest: float | str | None = None, seed: int = 0, workers: int = 1,
+    progress: Callable[[int, int], None] | None = None, each: Spread | None = None,
+) -> RandomResult:  # fmt: skip
     """Quantities of machines whose values are random within tolerances.
 
     Parameters
@@ -557,20 +549,26 @@ def random_machines(
     plant = as_plant(machine)
     names = tuple(part.strip() for part in what.split(",")) if isinstance(what, str) else tuple(what)
     variations = read_variations([vary] if isinstance(vary, str) else vary, plant.machine)
-    if count < 2 or seed < 0:
-        raise DataError(f"random: {count} machines, seed {seed}; give 2 machines or more and a seed from 0")
+    shares, values, machines = _drawn(variations, count, seed)
     requirements = read_requirements(require, names)
     task = task_of(plant, names, [v.path for v in variations], *point(speed, pressure), highest)
     check_critical([one.quantity for one in requirements], task)
-    task_names = names_of(task, names)
-    shares = qmc.LatinHypercube(len(variations), rng=np.random.default_rng(seed)).random(count)
-    values = np.column_stack([one.at(column) for one, column in zip(variations, shares.T, strict=True)])
-    machines = [tuple(v.text(x) for v, x in zip(variations, row, strict=True)) for row in values]
     run = each or (lambda function, calls: spread(function, calls, workers))
     rows, whole = _all_rows(task, machines, shares, run, progress)
     rows = [in_order(row) for row in rows]
-    confirmed = _confirmed(rows, whole)
-    return _result(plant, task, variations, values, rows, task_names, requirements, confirmed)
+    named = names_of(task, names)
+    return _result(plant, task, variations, values, rows, named, requirements, _confirmed(rows, whole))
+
+
+def _drawn(
+    variations: Sequence[Variation], count: int, seed: int
+) -> tuple[np.ndarray, np.ndarray, list[tuple[Any, ...]]]:
+    """A Latin hypercube (sample, value) of shares of the probability, its values, and their texts in a machine file."""
+    if count < 2 or seed < 0:
+        raise DataError(f"random: {count} machines, seed {seed}; give 2 machines or more and a seed from 0")
+    shares = qmc.LatinHypercube(len(variations), rng=np.random.default_rng(seed)).random(count)
+    values = np.column_stack([one.at(column) for one, column in zip(variations, shares.T, strict=True)])
+    return shares, values, [tuple(v.text(x) for v, x in zip(variations, row, strict=True)) for row in values]
 
 
 def task_of(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from itertools import pairwise
 from math import isnan, pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -74,7 +75,8 @@ def response(
     peaks = {place: peak_of(found, place) for place in map(str, found["place"].values)}
     numbers = {"unbalance": found.attrs["unbalance"], "peaks": peaks, "above_asked": above,
                "warnings": options.warn_of(found)}  # fmt: skip
-    rows = [("unbalance", found.attrs["unbalance"]), *((f"peak at {p}", _text(peak)) for p, peak in peaks.items())]
+    step = max((float(b - a) * TO_RPM for a, b in pairwise(sorted(grid))), default=0.0)
+    rows = [("unbalance", found.attrs["unbalance"]), *((f"peak at {p}", _text(one, step)) for p, one in peaks.items())]
     result.show(numbers, [*rows, *([(options.ABOVE, above)] if above else ())], folder.files)
     if not np.isfinite(found["major"].values).any():
         way = "raise the pressure" if plant.machine.fed else "ask for higher speeds"
@@ -231,13 +233,14 @@ def _mode_rows(found: xr.Dataset) -> list[tuple[object, ...]]:
     return rows
 
 
-def _text(peak: dict[str, Any] | None) -> str:
+def _text(peak: dict[str, Any] | None, step: float) -> str:
+    """A peak among speeds that are at most a step [rpm] apart."""
     if peak is None:
         return "none"
     from rotorsim.analysis.shaft_motion import ENDS
 
     end = f", {ENDS[peak['at_end']]}" if peak["at_end"] else ""
-    return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{end}"
+    return f"{peak['um']:.3g} um 0-pk at {peak['rpm']:.0f} rpm{f' on steps of {step:.3g} rpm' if step else ''}{end}"
 
 
 @command(

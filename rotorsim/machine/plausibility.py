@@ -231,7 +231,7 @@ def _journals(machine: MachineTables) -> Questions:
 
 
 def _sleeves(machine: MachineTables) -> Questions:
-    """Sleeves that stand in each other, and pockets and grooves that are deep for their film."""
+    """Sleeves that stand in each other or at another bearing, and pockets and grooves that are deep for their film."""
     films = list(films_of(machine))
     for k, (path, film) in enumerate(films):
         for other, before in films[:k]:
@@ -239,6 +239,13 @@ def _sleeves(machine: MachineTables) -> Questions:
             if abs(film.position - before.position) < room * (1 - 1e-9):
                 at = show(film.position, "m")
                 yield f"{path}.position", f"'{at}' puts its sleeve inside that of {other}; check places and lengths"
+        for i, bearing in enumerate(machine.bearings):
+            if not isinstance(bearing, GasFilm) and abs(film.position - bearing.position) < film.length:
+                at = show(film.position, "m")
+                yield (
+                    f"{path}.position",
+                    f"'{at}' is within its length of bearings.{i}; delete one of them, or check both",
+                )
         for name, form in film.sleeve.forms.items():
             depth = getattr(form, "depth", 0.0)
             if depth > DEEP * film.clearance:

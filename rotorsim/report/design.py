@@ -35,6 +35,8 @@ from rotorsim.report.units import quantity, unit_name
 SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
 NO_BREAK = "\N{NO-BREAK SPACE}"
 """Space at which a cell of a table is not broken."""
+LIFTED = " (pulls up: weight beyond the next bearing lifts the shaft here)"
+"""Words behind a static load below 0."""
 COLUMNS = 2
 """Columns of the mode shapes."""
 PANEL = 190
@@ -125,7 +127,7 @@ def _head(review: DesignReview, author: str) -> list[tuple[str, str]]:
         ("Program", f"rotorsim {installed('rotorsim')}"),
         ("Machine", f"{machine.name}, hash {machine.hash}"),
         ("Rotor", f"{quantity(machine.mass, 'kg', '.4g')}, {quantity(machine.shaft.length * 1e3, 'mm', '.4g')} long"),
-        ("Static loads W", ", ".join(f"{name} {quantity(w, 'kg', '.4g')}" for name, w in loads)),
+        ("Static loads W", ", ".join(f"{name} {quantity(w, 'kg', '.4g')}{LIFTED * bool(w < 0)}" for name, w in loads)),
         ("Method", "Equilibria and linear models of film and rotor at each speed; all modes with a damping ratio below "
                    f"0.5 up to {review.searched[1] * TO_RPM:.0f} rpm"),
     ]  # fmt: skip
@@ -173,7 +175,8 @@ def _criticals(review: DesignReview) -> Block:
         return Block("Critical speeds and mode shapes", f"No mode crosses 1X up to {up_to}, where it was looked at.")
     text = (
         "Speed: where the natural frequency |s| of a damped mode is the speed, as in the Campbell diagram. Peak: where "
-        "the response to unbalance is largest, with damping at a higher speed; margins count from it. Looked for at "
+        "the response to unbalance is largest, with damping at a higher speed; margins count from it, of a mode "
+        "without a peak from the first speed. Looked for at "
         f"{'; '.join(review.places)}. A factor is by half power, '-' where the flanks are not deep enough, and "
         "1/(2 zeta) counts instead; a backward mode without a peak needs no margin, as unbalance turns forward. "
         "Drawn: deflected lines with bearings (triangles), probes (diamonds), nodes (rings)."

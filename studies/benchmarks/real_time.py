@@ -8,7 +8,7 @@ the step has an answer (steps compared, median, 99 %, ratio of the rms orbits), 
 (99 % and largest, every hundredth step). A step's time is the least of up to five plays from the same state, in
 processor time; `once` is the longest of those played once. `--paced` steps are played on a grid of 0.2 ms, and those
 that ended after their deadline are counted. `ended` are runs that the unit ended, which begin anew from rest; errors
-are those before the first of them.
+are those before the first of them, and their last steps are not among those `played`.
 """
 
 import argparse
@@ -139,12 +139,13 @@ def measured(player: Player, kind: str, steps: int, seed: int) -> dict[str, floa
     first = int(np.argmax(ended)) if ended.any() else steps
     given = given[:first]
     once, least = 1e6 * table[~ended, 0], 1e6 * table[~ended, 1]
-    cut = np.diff(table[:, 5], prepend=0.0)
+    before = np.append(0.0, np.nan_to_num(table[:-1, 5]))  # counted from 0 again after a run that ended
+    cut = table[:, 5] > before
     (run, orbit), single = player.run_errors(given, table[:first, 2:4]), player.single_errors(given)
     return {
         "p50": float(np.median(least)), "p99.99": float(np.percentile(least, 99.99)), "longest": float(least.max()),
         "ratio": float(least.max() / np.median(least)), "once": float(once.max()),
-        "work": float(np.nanmax(table[:, 4])), "ended": int(ended.sum()), "cut short": float((cut > 0).sum() / steps),
+        "work": float(np.nanmax(table[:, 4])), "ended": int(ended.sum()), "cut short": float(cut[~ended].mean()),
         "compared": len(run), "run p50": float(np.median(run)), "run p99": float(np.percentile(run, 99)),
         "orbit": orbit,
         "single p99": float(np.percentile(single, 99)),
@@ -153,13 +154,14 @@ def measured(player: Player, kind: str, steps: int, seed: int) -> dict[str, floa
 
 
 def paced(player: Player, steps: int, seed: int) -> dict[str, object]:
-    """Response times [us] in a loop at 5 kHz, and how many ended after the next sample was due."""
+    """Response times [us] in a loop at 5 kHz, and how many of those played ended after the next sample was due."""
     table, note = player.play(rows("all", steps, seed), paced=True)
-    response = 1e6 * table[:, 0]
+    late = table[~np.isnan(table[:, 0]), 0]
+    response = 1e6 * late
     return {
-        "scheduler": note, "steps": steps, "missed": int((~(table[:, 0] <= SAMPLE)).sum()),
-        "p50": float(np.nanmedian(response)), "p99.99": float(np.nanpercentile(response, 99.99)),
-        "longest": float(np.nanmax(response)),
+        "scheduler": note, "steps": steps, "played": len(late), "ended": steps - len(late),
+        "missed": int((late > SAMPLE).sum()), "p50": float(np.median(response)),
+        "p99.99": float(np.percentile(response, 99.99)), "longest": float(response.max()),
     }  # fmt: skip
 
 

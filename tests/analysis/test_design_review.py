@@ -21,6 +21,7 @@ from rotorsim.analysis.design_review import (
 from rotorsim.commands.report import _sensitivity as sensitivity_of
 from rotorsim.control.sampled_loop import law_system
 from rotorsim.live.laws import SHIPPED
+from rotorsim.report.design import LIFTED, design_page
 from rotorsim.report.machine_sketch import machine_drawing
 from rotorsim.report.page import Block, Page, plain_page
 from rotorsim.report.units import page_system
@@ -159,6 +160,12 @@ def test_the_least_decrement_is_looked_at_at_both_ends_of_the_operating_speeds(r
     zeta = min(rs.Plant("plain_rotor").linearise(review.high, 0.0).zeta)
     here = float(review.decrements.sel(speed=review.high))
     assert here == pytest.approx(2 * pi * zeta / sqrt(1 - zeta**2), rel=1e-6)
+
+
+def test_a_bearing_that_the_shaft_lifts_off_has_words_for_its_load(review):
+    rows = dict(design_page(replace(review, loads=np.array([-0.5, 4.0]))).blocks[0].rows)
+    first, second = rows["Static loads W"].split(", ")
+    assert LIFTED in first and LIFTED not in second
 
 
 def test_static_loads_leave_out_what_the_bearings_add_to_the_inertia():

@@ -65,6 +65,8 @@ def test_the_response_of_a_machine_file_is_written_with_units(run, tmp_path):
     assert code == 0 and json.loads(out)["peaks"]["disc 0"]["um"] > 1
     head = next(csv.reader((tmp_path / "r" / "response.csv").open()))
     assert head[0] == "speed [rpm]" and "disc 0 x [um 0-pk]" in head
+    code, out, _ = run(*line, "--out", "s")
+    assert code == 0 and "on steps of 184 rpm" in " ".join(out.split())  # 3500 rpm in 19 steps
     code, _, message = run(*line[:-1], "7")
     assert code == 2 and "there is no disc 7" in message
 

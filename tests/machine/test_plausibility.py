@@ -76,6 +76,14 @@ def test_sleeves_that_stand_in_each_other_are_asked_about():
         assert [path for path in asked(moved) if path.startswith("bearings") and "position" in path] == paths
 
 
+def test_a_film_at_another_bearing_is_asked_about(rig):
+    (at,) = (i for i, bearing in enumerate(rig.bearings) if not hasattr(bearing, "clearance"))
+    film = rig.films[0]
+    for share, paths in ((0.9, ["bearings.1.position"]), (1.1, [])):
+        moved = rig.replace(f"bearings.{at}.position", f"{film.position - share * film.length!r} m")
+        assert [path for path in asked(moved) if path == "bearings.1.position"] == paths
+
+
 def test_hollows_of_many_clearances_are_asked_about():
     rotor = load_machine("grooved_turbo_rotor")
     (k, film), *_ = [(i, bearing) for i, bearing in enumerate(rotor.bearings) if hasattr(bearing, "clearance")]
