@@ -87,6 +87,9 @@ def test_a_further_effect_is_found_from_the_files_own_numbers_where_the_calibrat
     assert fit.cost < base.cost - 7
     onward = astray.onward(hypotheses.Hypothesis((OTHER,), fit, fit.cost, 0.0, 0.9))
     assert (onward.before is not None) == found
+    if onward.before is not None:
+        assert onward.before.base.point.values == {FIRST: 1.0}
+        np.testing.assert_allclose(onward.before.base.J[:, 1], SIGNS, atol=1e-6)
     best = min(onward.best_singles(), key=lambda h: h.fit.cost)
     assert (best.fit.cost < 0.01 and best.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)) == found
     assert not found or best.fit.point.values[FIRST] == pytest.approx(1.5, abs=0.01)
@@ -97,7 +100,7 @@ def test_what_is_idle_in_a_set_from_the_files_own_numbers_is_left_out(monkeypatc
     astray = search(5.0, monkeypatch)
     astray.before = search(0.0, monkeypatch)
     for one in (astray, astray.before):
-        one.forms, one.columns = (FORM, OTHER), one.columns | {OTHER.label: -SIGNS[:, None]}
+        one.forms, one.columns = (FORM, OTHER), one.columns | {OTHER.label: SIGNS[:, None]}
     point = ParameterPoint({GAIN: 0.0, SIZE: 2.0, FIRST: 0.0})
     fit = ParameterFit((GAIN, SIZE, FIRST), point, 0 * ONES, np.ones((4, 3)), 0.0)
     found = without_idle(hypotheses.Hypothesis((FORM, OTHER), fit, 0.0, 0.0, 1.0), astray)

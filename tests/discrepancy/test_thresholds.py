@@ -123,8 +123,9 @@ def test_classes_of_a_set_are_found_in_any_order():
     """Members of a class do not sort alike: a crack comes before the injector, an asymmetric shaft after a bow."""
     a, alike = fitted(("coupling.force_2x", "misfit.a")), ("misfit.b", "shaft.force_2x")
     verdict = SearchVerdict("tie", a, (), (("coupling.force_2x", "shaft.force_2x"), ("misfit.a", "misfit.b")), (a,))
-    (found,) = joined_classes([Explanation(alike, False, 1.0, 1e-3, True, 0.9)], verdict)
-    assert found.effects == alike and not found.alike
+    given = [Explanation(keys, False, 1.0, 1e-3, True, p) for keys, p in ((alike, 0.6), (a.keys, 0.3))]
+    (found,) = joined_classes(given, verdict)
+    assert (found.effects, found.alike) == (a.keys, (alike,)) and found.probability == pytest.approx(0.9)
 
 
 def member(keys, cost, gain, held=0.0):
