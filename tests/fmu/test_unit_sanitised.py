@@ -55,7 +55,7 @@ def make_unit(kind, plant):
     return LinearUnit(make_lpv("2" if kind == "linear" else "blackbox"), "bearing", 300.0, 5e5)
 
 
-KINDS = ["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law", "clocked"))]
+KINDS = ["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law"))]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
