@@ -76,7 +76,6 @@ def test_the_schemas_find_what_is_broken(all_files, tmp_path, name, file, old, n
 
 def test_a_system_of_ssp_2_has_connectors_and_start_values_in_files_of_their_own(all_files, model, tmp_path):
     """Its schemas come with pyssp-standard alone, of the nightly job on importers; here every reference is followed."""
-    from xml.etree import ElementTree
 
     from fmu.linear_units import LawUnit
     from fmu.ssp import DRIVEN, CoupledUnits, write_system

@@ -178,7 +178,7 @@ BETWEEN = {
     "sampled": ("piezo.ref_x", 1.0, "disc.x"),
     "law": ("meas.disc_x", 1e-5, "piezo.ref_x"),
 }
-"""For each kind of unit the input that is moved, by how much, and the output that is read between samples."""
+"""Input that is moved in each kind of unit, its value, and the output that is read between samples."""
 
 
 @pytest.fixture(scope="module", params=BETWEEN)

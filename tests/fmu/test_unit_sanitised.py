@@ -55,12 +55,17 @@ def make_unit(kind, plant):
     return LinearUnit(make_lpv("2" if kind == "linear" else "blackbox"), "bearing", 300.0, 5e5)
 
 
-KINDS = ["plant", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("linear", "sampled", "law", "clocked"))]
+DRIVERS, SLOW = ("driver", "state_machine"), ("linear", "sampled", "law")
+DRIVEN = [
+    *(("plant", driver) for driver in DRIVERS),
+    *(pytest.param(kind, driver, marks=pytest.mark.slow) for kind in SLOW for driver in DRIVERS),
+    pytest.param("clocked", "driver", marks=pytest.mark.slow),
+]
+"""Kinds of units and what drives them; the state machines are those of units without a clock."""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the drivers are built for Linux")
-@pytest.mark.parametrize("driver", ["driver", "state_machine"])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "driver"), DRIVEN)
 def test_a_driver_finishes_and_the_sanitisers_find_nothing(gcc, model, tmp_path, kind, driver):
     if not has_sanitisers(gcc, tmp_path):
         pytest.skip("gcc has no sanitisers here")

@@ -277,7 +277,7 @@ def test_an_empty_list_is_refused(model):
 
 
 def test_a_choice_that_moves_the_start_of_a_parameter_that_can_be_set_is_refused(model):
-    """A parameter set to the first machine's own start could not be told from one that was not set."""
+    """A parameter set to the first machine's own start could not be taken for one that was not set."""
     over = {"discs.0.polar_inertia": [0.004]}
     with pytest.raises(DataError) as refused:
         plant_unit(model.plant, 0.0, model.pressure, over).variables  # noqa: B018
