@@ -224,7 +224,9 @@ def test_the_script_and_the_commands_of_a_film_machine_give_the_rows_of_the_pane
     rows = [[cell if cell[0].isdigit() else "-" for cell in row] for row in answer(case, "clearance")["rows"]]
     assert rows == [cells(row) for row in space["clearances"].table()[1]]
     line = as_commands(case, "my.toml").splitlines()[-1]
-    main([*shlex.split(line)[1:], "--workers", "1", "--no-report", "--out", "swept"])
+    with pytest.raises(SystemExit) as ended:
+        main([*shlex.split(line)[1:], "--workers", "1", "--no-report", "--out", "swept"])
+    assert not ended.value.code
     with open(tmp_path / "swept" / "sweep.csv", newline="") as file:
         table = list(csv.reader(file))[1:]
     assert rows == [cells(tuple(float(cell) if cell else None for cell in row)) for row in table]
