@@ -166,10 +166,11 @@ def test_a_hidden_force_is_found_by_one_probe():
     assert found.status in ("named", "tie") and found.effects[0].form == "coupling.force_3x"
     assert {flag.channel for flag in found.localisation} == {"probe at 45 deg"}
     assert np.isnan(found.gap["gap"].sel(axis="y")).all()
-    # of the gap 85 % goes, of that without the record next to the critical speed all: there 0.029 um are left of 33 um
+    # of the gap 85 % goes, and all of it without the record next to the critical speed: there 0.029 um are left of a
+    # reading of 126 um (rms), 6 % of the tolerance that the model declares
     [resonance] = (r for r in records if r.attrs["record"] == "untouched_2")
     left = float(found.gap["gap"].sel(record="untouched_2", axis="x", stage="with effect"))
-    assert left < 0.5 * TOLERANCE * float(resonance["probe_measured"].std())
+    assert left < 0.1 * TOLERANCE * float(resonance["probe_measured"].std())
     assert reduction(found.gap.drop_sel(record="untouched_2")) > 0.95 and reduction(found.gap) > 0.8
 
 
