@@ -223,7 +223,7 @@ def _unbalances(review: DesignReview) -> Block:
                          _known(np.nanmax(sizes[within], initial=-np.inf)),
                          _known(review.scales.get(case.name, np.nan))))  # fmt: skip
     text = (
-        "Shaded: a mode grows, and no response is steady. The scale brings the worst probe at the operating speeds to "
+        "Motion over the speed. Shaded: a mode grows, and no response is steady. The scale brings the worst probe at the operating speeds to "
         "Avl."
     )
     heads = ("case", "probe", "largest at [rpm]", "largest [µm pk-pk]", "at operating speeds [µm pk-pk]",
@@ -398,7 +398,7 @@ def response_figure(review: DesignReview) -> go.Figure:
                 figure.add_trace(curve(speed * TO_RPM, sizes, INK, mode.place, 1, "dot", 7), row, 1)
             _add_peak(figure, mode, row)
         _add_operating(figure, review, row)
-        figure.update_yaxes(title_text="motion [µm pk-pk]", rangemode="tozero", row=row, col=1)
+        figure.update_yaxes(title_text="µm pk-pk", rangemode="tozero", row=row, col=1)
     _shade(figure, review, len(cases))
     figure.update_xaxes(title_text="speed [rpm]", row=len(cases), col=1)
     return style(figure, 110 + 210 * len(cases))
@@ -451,7 +451,7 @@ def envelope_figure(review: DesignReview) -> go.Figure:
                                         showlegend=False, marker={"size": 5, "color": UNSAFE},
                                         line={"color": UNSAFE, "width": 2.5, "dash": dash}))  # fmt: skip
     figure.update_xaxes(title_text="position along the shaft [mm]")
-    figure.update_yaxes(title_text="motion, diametral clearance [µm]", rangemode="tozero")
+    figure.update_yaxes(title_text="motion, gap [µm]", rangemode="tozero")
     return style(figure, 360)
 
 
