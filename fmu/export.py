@@ -24,7 +24,7 @@ from fmu.law_code import write_law
 from fmu.linear_units import LawUnit, LinearUnit
 from fmu.model import PlantUnit, Unit, as_identifier, check_name, header, identifier, source
 from fmu.sources import SHARED, build_description, list_sources, source_files
-from fmu.turned import Over, listed
+from fmu.turned import Over, listed, read_choices
 from identification.lpv_model import LpvModel, load_model
 from rotorsim.base.errors import DataError, ModelError
 from rotorsim.base.files import write_text
@@ -61,6 +61,7 @@ def plant_unit(
     if abs(speed) > limit:
         raise DataError(f"speed: {speed * TO_RPM:.6g} rpm is above {limit * TO_RPM:.6g} rpm ({why}); start lower")
     offered = tuple((path, listed(path, values)) for path, values in (over or {}).items())
+    read_choices(plant.assembly, dict(offered))  # refuses before anything is compiled
     return PlantUnit(plant, speed, (START[1] if pressure is None else pressure) if fed else 0.0, over=offered)
 
 

@@ -236,7 +236,8 @@ class KernelLibrary(JITCodeLibrary):
 
     def finalize(self) -> None:
         """Link all functions that are called, each once, and make machine code of them."""
-        self._linking_libraries = _reached(self._linking_libraries)
+        reached = _reached(self._linking_libraries)
+        self._linking_libraries = [OwnCode(one) if isinstance(one, LinkedLibrary) else one for one in reached]
         super().finalize()
 
     def _optimize_functions(self, module: Any) -> None:
@@ -331,17 +332,21 @@ class LinkedLibrary(KernelLibrary):
         self._final_module.close()
         self._finalized = True
 
-    def _get_module_for_linking(self) -> Any:
-        """The code, in which further definitions of its functions may stand."""
+    def own_module(self) -> Any:
+        """The code of this function alone, in which further definitions of it may stand."""
         self._ensure_finalized()
         return parse_bitcode(self._bitcode)
 
+    def _get_module_for_linking(self) -> Any:
+        """The code with all that it calls, for a caller that links nothing else: a function that numba compiles."""
+        module = self.own_module()
+        for library in _reached(self.called):
+            module.link_in(OwnCode(library)._get_module_for_linking(), preserve=True)
+        return module
+
     def get_llvm_str(self) -> str:
         """The code as text, with all that it calls."""
-        module = self._get_module_for_linking()
-        for library in _reached(self.called):
-            module.link_in(library._get_module_for_linking(), preserve=True)
-        return str(module)
+        return str(self._get_module_for_linking())
 
     def get_pointer_to_function(self, name: str) -> int:
         """0: there is no machine code."""
@@ -355,6 +360,14 @@ class LinkedLibrary(KernelLibrary):
 
     def set_env(self, name: str, env: Any) -> None:
         """Nothing: the environment serves errors raised in Python, and kernels raise none."""
+
+
+class OwnCode:
+    """Code of one function, for a caller that links each function that is called."""
+
+    def __init__(self, library: Any) -> None:
+        self._reload_init = library._reload_init
+        self._get_module_for_linking = getattr(library, "own_module", library._get_module_for_linking)
 
 
 class LinkedCompiler(KernelCompiler):

@@ -574,10 +574,7 @@ def test_strained_numbers_are_shown_in_words_and_not_by_their_keys():
     sentences = list(sentences.values())
     assert sentences[0].startswith(f"me of unbalance 1 is {1e6 * me:.3g} g*mm +- 1 g*mm")
     assert sentences[1].startswith("phase of unbalance 1 is ") and "times" not in sentences[1]
-    assert (
-        sentences[2]
-        == f"the loss c / k^2 of the bearing {machine.bearing_names[1]} along x has changed by +900 % +- 40 %"
-    )
+    assert sentences[2] == f"the loss c / k^2 of {machine.bearings_in_words[1]} along x has changed by +900 % +- 40 %"
     assert sentences[3] == "the gain of the actuators along x has changed by +30 % +- 1 %"
     for key in ("~", "bearing.1", "actuator_x"):
         assert not any(key in sentence for sentence in sentences)
@@ -689,7 +686,7 @@ def test_effects_that_help_and_are_no_name_are_stated_with_what_a_name_takes():
 def test_places_that_records_do_not_distinguish_are_all_findings():
     """A far loss that the records hardly narrow had no sentence, and took that of the other place away."""
     loss, run = far_fit(1, kx=0.19, cx=2.0), run_of_two_records()
-    left, right = run.machine.bearing_names
+    left, right = run.machine.bearings_in_words
     ((both,), bearings), (one, number) = run._large([("0", SOFT), ("1", loss)]), run._large([("1", loss)])
     assert left in both and right in both and len(one) == 1 and right in one[0] and "+200 %" in one[0]
     assert (bearings, number) == ((0, 1), (1,))
@@ -699,4 +696,4 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     # of k / 3, a tenth of the compliance that is three times that of the file is a thirtieth of k
     k = run.machine.bearings[0].coefficients[0][0, 0] / 1e6
     finished, _ = run._large([("0", SOFT)], 0.01 * np.eye(len(SOFT.parameters)))
-    assert f"kxx of the bearing {left} is {k / 3:.3g} MN/m +- {k / 90:.2g}" in finished[0]
+    assert f"kxx of {left} is {k / 3:.3g} MN/m +- {k / 90:.2g}" in finished[0]
