@@ -448,7 +448,7 @@ def _clearance(case: DesignCase) -> Plain:
                    _curve("stable up to here", at, beyond, 1, marks="f" * len(at)),
                    _curve("speed of the modes", ends, own, -1, dash=True)],
         "heads": list(heads), "rows": [cells(row) for row in texts],
-        "notes": [" ".join(_margins(found, why[0])) or "There is no result.",
+        "notes": [" ".join(_margins(found, why[0])) or "No clearance that was searched has an onset or a damping.",
                   f"Damping at {case.speed:g} rpm, the dashed line."],
     }  # fmt: skip
 
