@@ -43,6 +43,8 @@ WRITTEN = ("named", "tie")
 """Verdicts whose effects are written."""
 LARGE = {"k": 1.5, "c": 2.0}
 """Factor on the stiffness (k) and on the damping (c) of a bearing from which on its calibration is a finding."""
+MOVED = 1.5
+"""Factor on a number of the machine file from which on its calibration is stated next to a peaceful verdict."""
 NARROWED = 0.5
 """Standard deviation of a bearing's loss over its prior, below which the records show its damping."""
 WORDS_OF_CHANGE = {"k": ("stiffer", "softer"), "c": ("more damped", "less damped")}
@@ -118,6 +120,13 @@ class RecalibratedValue:
         if not (self.key.startswith("bearing.") and self.key.rpartition(".")[2][:1] == "k"):
             return False
         return abs(log(self.value / self.before)) + 2 * self.sd / self.value > log(LARGE["k"])
+
+    @property
+    def moved(self) -> bool:
+        """Whether the number has changed by a factor of `MOVED` and by three standard deviations at least."""
+        if not min(self.value, self.before) > 0 or self.unit == "rad":
+            return False
+        return abs(log(self.value / self.before)) > max(log(MOVED), 3 * self.sd / self.value)
 
     @property
     def sentence(self) -> str:
@@ -259,6 +268,11 @@ class Findings:
     def recalibration(self) -> tuple[RecalibratedValue, ...]:
         """Calibrated numbers of the machine file: path, value, standard deviation and value before."""
         return recalibrated_values(self.machine, self.calibration, self.related)
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Sentences on numbers that the calibration has changed clearly."""
+        return tuple(row.sentence for row in self.recalibration if row.moved)
 
     @property
     def left_open(self) -> tuple[str, ...]:

@@ -43,6 +43,7 @@ WITHIN_FORM = (
     "the error of the model's form."
 )
 LEFT_OPEN = "These records leave open whether a bearing is far from its file: {}."
+MOVED_FROM_FILE = "Numbers that differ from the file: {}."
 CONTRADICTION = "One statement contradicts the data: {}."
 CORRECT = "Check the accuracy that is stated, correct it, and diagnose again: the verdict depends on it."
 RECORD_MORE = (
@@ -286,9 +287,9 @@ class Diagnosis(Shown, Findings, Reported):
         if self.status == "no_disagreement" and self.localisation and self.explanations:
             share = shown_share(self.odds.get(NOTHING, 0.0))
             more = f" {LEFT.format(count=self.left)}" if self.left else ""
-            return WITHIN_FORM.format(share=share, count=len(self.localisation)) + more + self._open
+            return WITHIN_FORM.format(share=share, count=len(self.localisation)) + more + self._moved + self._open
         if self.status == "no_disagreement":
-            return self.texts.sentence + self._open
+            return self.texts.sentence + self._moved + self._open
         nothing = self.odds.get(NOTHING, 0.0)
         if self.status == "unknown" and nothing > LIKELY and not self.left:
             least = 100 * (SURE if self.localisation else LEAST_NOTHING)
@@ -306,6 +307,11 @@ class Diagnosis(Shown, Findings, Reported):
     def _constant_force(self) -> bool:
         """Whether the records show no more than a force that they do not tell from stiffness and damping."""
         return self.status == "unknown" and NOT_IDENTIFIABLE in self.notes and not self.localisation
+
+    @property
+    def _moved(self) -> str:
+        """Sentence on numbers that a peaceful calibration has changed clearly; empty for none."""
+        return f" {MOVED_FROM_FILE.format('; '.join(self.moved))}" if self.moved else ""
 
     @property
     def _open(self) -> str:

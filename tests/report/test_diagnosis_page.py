@@ -34,6 +34,19 @@ def test_bearings_that_records_leave_open_stand_in_the_verdict():
     assert one in wide.sentence and "+-" in one and "the file has" in one and "Nothing needs" not in wide.next_step
 
 
+def test_an_unbalance_that_the_calibration_doubles_stands_in_a_peaceful_verdict():
+    """Parts of a wave are changes to the file's own: as much again along its phase is twice the amplitude."""
+    machine = load_machine("dtu_gas_bearing")
+    (own,) = machine.effects["unbalance"]
+    key, parts = "unbalance.1.me~phase", (own.me * np.cos(own.phase), own.me * np.sin(own.phase))
+    for share, stated in ((1.0, True), (0.3, False)):
+        calibration = {f"{key}.{part}": (share * size, 0.01 * own.me) for part, size in zip("cs", parts, strict=True)}
+        found = small_diagnosis(status="no_disagreement", effects=[], localisation=(), calibration=calibration)
+        found = replace(found, machine=machine)
+        assert bool(found.moved) is stated and found.exit_code == 0
+        assert all(one in found.sentence and "2 times larger" in one for one in found.moved)
+
+
 @pytest.mark.parametrize("left", [0, 2])
 def test_a_calibration_within_a_floor_that_nothing_states_excludes_no_effect(left):
     """The note has it that such records may be too coarse to disagree."""
