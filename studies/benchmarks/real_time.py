@@ -2,15 +2,19 @@
 
 python studies/benchmarks/real_time.py --steps 100000 --grids 16x8,32x16 --bounds 50
 
-A row a grid, bound and kind of step: median, 99.99 % and longest time of a step [us], the longest over the median,
-steps cut short, and the journal's distance [clearances] from the exact plant's: over the run, as far as a quarter of
-the step has an answer (steps compared, median, 99 %, ratio of the rms orbits), and after one step from the same state
-(99 % and largest, every hundredth step). A step's time is the least of up to five plays from the same state, in
-processor time; `once` is the longest of those played once, `undisturbed` that of those during which the system did not
-take the processor away. `fixed` and `each` [us] are the straight line of a time over the corrections of its step, and
-`by count` its value at the most corrections over the median. The row `together` is that of all kinds. `--paced` steps are played on a grid of 0.2 ms, and those
-that ended after their deadline are counted. `ended` are runs that the unit ended, which begin anew from rest; errors
-are those before the first of them, and their last steps are not among those `played`.
+A row a grid, bound and kind of step, and one of all kinds `together`: median, 99.99 % and longest time of a step [us],
+the longest over the median, steps cut short, and the journal's distance [clearances] from the exact plant's: over the
+run, as far as a quarter of the step has an answer (steps compared, median, 99 %, ratio of the rms orbits), and after
+one step from the same state (99 % and largest, every hundredth step).
+
+A step's time is the least of up to five plays from the same state, in processor time; `once` is the longest of those
+played once, `undisturbed` that of those during which the system did not take the processor away. `fixed` and `each`
+[us] are the straight line of a time over the corrections of its step, `by count` its value at the most corrections,
+over the median.
+
+`--paced` steps are played on a grid of 0.2 ms, and those that ended after their deadline are counted. `ended` are runs
+that the unit ended, which begin anew from rest; errors are those before the first of them, and their last steps are
+not among those `played`.
 """
 
 import argparse
