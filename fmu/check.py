@@ -414,6 +414,8 @@ MANIFEST = "fmi-ls-manifest.xml"
 VALUES = "ssp/schema/SystemStructureParameterValues.xsd"
 VALUES_ROOT = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}ParameterSet"
 """The schema of systems lets anything stand where the values of parameters are."""
+UNCHECKED = "not checked, as FMPy has no schema of SSP 2.0"
+"""Remark on a file without a schema, which is no violation."""
 LS_ROOT = "{http://fmi-standard.org/fmi-ls-manifest}fmiLayeredStandardManifest"
 
 
@@ -431,7 +433,7 @@ def findings(path: str | Path) -> list[str]:
 def _archive(content: bytes, where: str) -> Iterator[str]:
     for name, file in read_archive(content).items():
         if name.endswith(".ssd") and b'version="2.0"' in file.partition(b"<ssd:System ")[0]:
-            yield f"{where}{name}: not checked, as FMPy has no schema of SSP 2.0"
+            yield f"{where}{name}: {UNCHECKED}"
             continue
         schema = _schema(name, file)
         if schema:

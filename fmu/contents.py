@@ -109,6 +109,7 @@ def data(model: PlantUnit | LinearUnit | LawUnit, targets: list[str], cpu: str) 
         "machine_hash": model.plant.machine.hash,
         "corrections": model.plant.machine.solver.corrections,
         "over": [[one.path, one.values] for one in model.choices],
+        "offers": {one.name: one.text for one in model.choices},
         "kernels": model.assembly.module.__name__,
         "parameters": {v.name: v.start for v in model.variables if v.causality == "parameter"},
     }

@@ -11,14 +11,15 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeVar
 
 from fmu.archive import DESCRIPTIONS, check_place, text, workspace, write_archive
 from fmu.contents import contents
-from fmu.importer import Reference, make_reference
+from fmu.importer import ImportedUnit, Reference, make_reference
 from fmu.kernel_object import ObjectTarget, host_target, to_compile, write_objects
 from fmu.law_code import write_law
 from fmu.linear_units import LawUnit, LinearUnit
@@ -337,6 +338,8 @@ def export(
             trial = folder / "trial.fmu"
             write_archive(trial, core(model, max(chosen), [host()], libraries))
             reference = _reference(model, trial)
+            for sentence in without_start(model, trial) if announce is not None else ():
+                announce(sentence)
     for version, path in paths.items():
         more = contents(model, version, reference, [t.name for t in targets], cpu)
         if with_sources:
@@ -377,6 +380,22 @@ def _reference(model: Unit, trial: Path) -> Reference:
         raise DataError(
             f"fmu export: the unit that was built does not run here ({error}); check the compiler and the point"
         ) from error
+
+
+def without_start(model: Unit, trial: Path) -> Iterator[str]:
+    """Sentences about machines that a plant's unit offers and that have no equilibrium where it starts."""
+    if not isinstance(model, PlantUnit) or not model.choices:
+        return
+    names, own, *others = [one.name for one in model.choices], *product(*(one.values for one in model.choices))
+    with ImportedUnit(trial) as unit:
+        for values in others:
+            instance = unit.instance()
+            try:
+                instance.initialise(dict(zip(names, values, strict=True)))
+            except Exception:  # FMPy has several
+                changed = [f"{name} = {x:g}" for name, x, start in zip(names, values, own, strict=True) if x != start]
+                yield f"over: {', '.join(changed)}: no equilibrium where the unit starts ({instance.messages[-1]})"
+            instance.slave.freeInstance()
 
 
 def _try_start(model: Unit) -> None:

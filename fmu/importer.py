@@ -279,6 +279,7 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
     if listed is None:
         raise KeyError("it has no ModelVariables")
     causalities = [v.get("causality", "local") for v in listed]
+    offers = [f"{name} {values}" for name, values in data.get("offers", {}).items()]
     asked = [oldest_library(content) for name, content in files.items() if name.endswith(".so")]
     glibc = max((v for v in asked if v), key=lambda v: tuple(map(int, v.split("."))), default=None)
     return {
@@ -293,6 +294,7 @@ def _facts(files: Mapping[str, bytes]) -> dict[str, Any]:
         "inputs": causalities.count("input"),
         "outputs": causalities.count("output"),
         "parameters": causalities.count("parameter"),
+        **({"offers": "; ".join(offers)} if offers else {}),
         "reference": "yes" if any(n.endswith("/out.csv") for n in files) else "no",
         "sources": "yes" if any(n.startswith("sources/") for n in files) else "no",
         **({"work a step": f"{data['corrections']} corrections at most"} if data.get("corrections") else {}),

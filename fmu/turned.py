@@ -22,6 +22,7 @@ from rotorsim.base.quantity import Quantity, quantities, quantity_of
 from rotorsim.base.units import parse
 from rotorsim.effects import Effect
 from rotorsim.effects.film.gas_heating import sutherland
+from rotorsim.machine.file_text import expanded
 from rotorsim.machine.gas_film import FREEZING, GASES, Gas, GasFilm, Injection, Orifices
 from rotorsim.machine.limits import hottest, speed_limit
 from rotorsim.machine.part import Part
@@ -240,6 +241,11 @@ class Choice:
     quantity: Quantity
     values: tuple[float, ...]
 
+    @property
+    def text(self) -> str:
+        """The values from the smallest on, with their unit."""
+        return f"{', '.join(f'{value:g}' for value in sorted(self.values))} {self.quantity.unit}"
+
 
 Over = Mapping[str, float | str | Sequence[float | str]]
 """Values, in SI or as text with units, one or several, by paths of the machine."""
@@ -262,15 +268,25 @@ def _in_si(path: str, value: float | str, unit: str) -> float:
         raise DataError(f"over: {path}: {fault}", argument=path, value=value) from error
 
 
+def _by_path(machine: Machine, over: Over) -> dict[str, list[float | str]]:
+    """Values by the paths of single numbers: a star is each entry of a list."""
+    found: dict[str, list[float | str]] = {}
+    for path, values in over.items():
+        offered = listed(path, values)
+        for one in expanded(machine.text, path):
+            found.setdefault(one, []).extend(offered)
+    return found
+
+
 def read_choices(a: Assembly, over: Over) -> tuple[Choice, ...]:
-    """Numbers of a machine that a unit offers.
+    """Numbers of a machine that a unit offers; a path with a star offers its values for each entry of a list.
 
     Raises DataError for a path without a number, a value that is none, and too many machines.
 
     The machine's own value is added where it is not among the values.
     """
     found = []
-    for path, values in over.items():
+    for path, values in _by_path(a.machine, over).items():
         name, owner, field = _named(a.machine, path)
         quantity = None if owner is None else _declaration(owner, field)
         own = None if quantity is None else getattr(owner, field)
@@ -278,7 +294,7 @@ def read_choices(a: Assembly, over: Over) -> tuple[Choice, ...]:
             own = a.mesh.place(owner)
         if quantity is None or own is None:
             raise DataError(f"over: {path} leads to no number of {a.machine.name}; write e.g. 'discs.0.mass'")
-        others = [_in_si(path, x, quantity.unit) for x in listed(path, values)]
+        others = [_in_si(path, x, quantity.unit) for x in values]
         found.append(Choice(path, name, quantity, tuple(dict.fromkeys([float(own), *others]))))
     count = math.prod(len(one.values) for one in found)
     if count > MOST_MACHINES:

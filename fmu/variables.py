@@ -138,7 +138,8 @@ def with_choices(
     first = sum(v.store == "turned" for v in found)
     for k, one in enumerate(choices, first):
         bounds = min(one.values), max(one.values)
-        known[one.name] = replace(_parameter(one.name, one.quantity, k, one.values[0], False, bounds), store="turned")
+        v = _parameter(one.name, one.quantity, k, one.values[0], False, bounds)
+        known[one.name] = replace(v, store="turned", doc=f"{v.doc} One of {one.text}.")
     for v in known.values():
         if v.store == "input" and v.start is not None and not v.low <= v.start <= v.high:
             raise DataError(f"over: a machine takes {v.name} up to {v.high:g} {v.unit} and starts at {v.start:g}")

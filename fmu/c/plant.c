@@ -52,7 +52,11 @@ static void turn(Unit *u, bool in_record, double *target) {
     }
 }
 
+/* Parameters as the kernels take them, after any of them was set, or written at its address. */
 static void gather(Unit *u) {
+    if (u->has_gathered && memcmp(u->gathered, u->s.parameters, sizeof u->gathered) == 0) return;
+    memcpy(u->gathered, u->s.parameters, sizeof u->gathered);
+    u->has_gathered = true;
     const double *own = &initial_parameters[variant(u) * N_P], *set = u->s.parameters;
     for (int k = 0; k < N_P; k++) u->effective[k] = set[k] == initial_parameters[k] ? own[k] : set[k];
     turn(u, true, u->effective);

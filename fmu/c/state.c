@@ -51,7 +51,7 @@ bool unit_state_size(Unit *u, size_t *size) {
 bool unit_restore(Unit *u, const State *from) {
     if (!u || !from || !unit_allows(u, "SetFMUState") || !belongs(u, from)) return false;
     memcpy(&u->s, from, sizeof u->s);
-    u->has_refused = false;
+    u->has_refused = u->has_gathered = false;
     return true;
 }
 

@@ -97,12 +97,12 @@ typedef struct {
 
 typedef struct Unit {
     State s;
-    double initial[N_W], effective[N_P], derivatives[N_STATES + 1];
-    bool logging, event_mode, early_return, model_exchange, has_refused, has_warned[N_VARIABLES];
+    double initial[N_W], gathered[N_P], effective[N_P], derivatives[N_STATES + 1];
+    bool logging, event_mode, early_return, model_exchange, has_gathered, has_refused, has_warned[N_VARIABLES];
     uint32_t refused;
     char refusal[400];
     char *name;
-    void *environment, *callback, *update;
+    void *environment, *callback, *update, *room;
     double return_at;
     void (*log_message)(struct Unit *, Outcome, const char *category, const char *text);
     void (*show_between)(struct Unit *);

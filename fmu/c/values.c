@@ -118,5 +118,6 @@ bool unit_set(Unit *u, uint32_t reference, Kind kind, double value) {
         if (v->store == TICKS) u->s.event = value != 0.0;
     }
     if (early) u->s.settled = 0;
+    if (v->store != INPUT) u->has_gathered = false;
     return true;
 }

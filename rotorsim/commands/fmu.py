@@ -110,7 +110,8 @@ def export(
         _refuse_for_plants(settings != PlantOptions() or bool(over), real_time)
     plant = settings.plant(machine) if of_plant else None
     if c_only:
-        _write_code(law, name, out, precision, clocked, force, as_json)
+        _refuse_for_code(clocked or source or fmi != "3" or unit != UnitOptions())
+        _write_code(law, name, out, precision, force, as_json)
         return
     from fmu.export import bounded, choose, clocked as ticking, export as write, file_names, named, versions
     from fmu.importer import info as facts
@@ -140,6 +141,12 @@ def _refuse_for_plants(changed: bool, real_time: bool) -> None:
         raise DataError("--real-time: bounds the steps of a plant; a law and an identified model have none to bound")
 
 
+def _refuse_for_code(changed: bool) -> None:
+    """Raise DataError for options of units that are given where C without FMI is written."""
+    if changed:
+        raise DataError("--c-only: writes C without FMI; leave out options of units, as --clocked, --fmi and --source")
+
+
 def _offered(over: Sequence[str]) -> Over:
     """Values by paths, of all options together; a number without a unit stays text, which is judged by its field."""
     found: dict[str, tuple[str, ...]] = {}
@@ -149,13 +156,11 @@ def _offered(over: Sequence[str]) -> Over:
 
 
 def _write_code(
-    law: Path | None, name: str | None, out: Path | None, precision: str, clocked: bool, force: bool, as_json: bool
+    law: Path | None, name: str | None, out: Path | None, precision: str, force: bool, as_json: bool
 ) -> None:
-    """Write a law as C99 without FMI; raises DataError without one, and for a clock."""
+    """Write a law as C99 without FMI; raises DataError without one."""
     if law is None:
         raise DataError("--c-only: writes a control law; give one with --law")
-    if clocked:
-        raise DataError("--clocked: is for units of FMI 3.0, and --c-only writes C without FMI; leave one out")
     from fmu.export import code_names, export_code, law_unit, named
     from fmu.model import identifier
 

@@ -2,13 +2,19 @@
 
 python studies/benchmarks/real_time.py --steps 100000 --grids 16x8,32x16 --bounds 50
 
-A row a grid, bound and kind of step: median, 99.99 % and longest time of a step [us], the longest over the median,
-steps cut short, and the journal's distance [clearances] from the exact plant's: over the run, as far as a quarter of
-the step has an answer (steps compared, median, 99 %, ratio of the rms orbits), and after one step from the same state
-(99 % and largest, every hundredth step). A step's time is the least of up to five plays from the same state, in
-processor time; `once` is the longest of those played once. `--paced` steps are played on a grid of 0.2 ms, and those
-that ended after their deadline are counted. `ended` are runs that the unit ended, which begin anew from rest; errors
-are those before the first of them, and their last steps are not among those `played`.
+A row a grid, bound and kind of step, and one of all kinds `together`: median, 99.99 % and longest time of a step [us],
+the longest over the median, steps cut short, and the journal's distance [clearances] from the exact plant's: over the
+run, as far as a quarter of the step has an answer (steps compared, median, 99 %, ratio of the rms orbits), and after
+one step from the same state (99 % and largest, every hundredth step).
+
+A step's time is the least of up to five plays from the same state, in processor time; `once` is the longest of those
+played once, `undisturbed` that of those during which the system did not take the processor away. `fixed` and `each`
+[us] are the straight line of a time over the corrections of its step, `by count` its value at the most corrections,
+over the median.
+
+`--paced` steps are played on a grid of 0.2 ms, and those that ended after their deadline are counted. `ended` are runs
+that the unit ended, which begin anew from rest; errors are those before the first of them, and their last steps are
+not among those `played`.
 """
 
 import argparse
@@ -90,7 +96,7 @@ class Player:
         subprocess.run(command, check=True)
 
     def play(self, given: np.ndarray, paced: bool) -> tuple[np.ndarray, str]:
-        """Rows of the program (n, 6), and what it notes."""
+        """Rows of the program (n, 7), and what it notes."""
         files = self.folder / "rows", self.folder / "table"
         given.tofile(files[0])
         with ImportedUnit(self.archive) as unit:
@@ -98,7 +104,7 @@ class Player:
             references = [str(unit.variables[name].valueReference) for name in (*ROW, *SHOWN)]
             command = [self.program, library, self.unit.token, *files, str(int(paced)), *references]
             done = subprocess.run([str(word) for word in command], check=True, capture_output=True, text=True)
-        return np.fromfile(files[1]).reshape(-1, 6), done.stderr.strip()
+        return np.fromfile(files[1]).reshape(-1, 7), done.stderr.strip()
 
     def single_errors(self, given: np.ndarray) -> np.ndarray:
         """Distance [clearances] of the journal from an exact step's out of the same state, every hundredth step."""
@@ -131,21 +137,32 @@ class Player:
         return np.hypot(*(true - own).T) / a.machine.films[0].clearance, float(ratio)
 
 
-def measured(player: Player, kind: str, steps: int, seed: int) -> dict[str, float]:
-    """Times [us] and errors [clearances] of steps of a kind."""
-    given = rows(kind, steps, seed)
-    table, _ = player.play(given, paced=False)
+def times(table: np.ndarray) -> dict[str, float]:
+    """Times [us] of the steps of a table that the unit did not end, and what of them is work."""
+    table = table[~np.isnan(table[:, 0])]
+    least, work, taken = 1e6 * table[:, 1], table[:, 4], table[:, 6]
+    each, fixed = np.polyfit(work, least, 1)
+    middle = float(np.median(least))
+    return {
+        "p50": middle, "p99.99": float(np.percentile(least, 99.99)), "longest": float(least.max()),
+        "ratio": float(least.max() / middle), "undisturbed": float(least[taken == 0].max()),
+        "disturbed": int((taken > 0).sum()), "once": 1e6 * float(table[:, 0].max()),
+        "work p50": float(np.median(work)), "work": float(work.max()), "fixed": float(fixed), "each": float(each),
+        "by count": float((fixed + each * work.max()) / middle),
+    }  # fmt: skip
+
+
+def measured(player: Player, kind: str, table: np.ndarray, seed: int) -> dict[str, float]:
+    """Times [us] and errors [clearances] of the steps of a kind, which were played into a table."""
+    steps, given = len(table), rows(kind, len(table), seed)
     ended = np.isnan(table[:, 0])
     first = int(np.argmax(ended)) if ended.any() else steps
     given = given[:first]
-    once, least = 1e6 * table[~ended, 0], 1e6 * table[~ended, 1]
     before = np.append(0.0, np.nan_to_num(table[:-1, 5]))  # counted from 0 again after a run that ended
     cut = table[:, 5] > before
     (run, orbit), single = player.run_errors(given, table[:first, 2:4]), player.single_errors(given)
-    return {
-        "p50": float(np.median(least)), "p99.99": float(np.percentile(least, 99.99)), "longest": float(least.max()),
-        "ratio": float(least.max() / np.median(least)), "once": float(once.max()),
-        "work": float(np.nanmax(table[:, 4])), "ended": int(ended.sum()), "cut short": float(cut[~ended].mean()),
+    return times(table) | {
+        "ended": int(ended.sum()), "cut short": float(cut[~ended].mean()),
         "compared": len(run), "run p50": float(np.median(run)), "run p99": float(np.percentile(run, 99)),
         "orbit": orbit,
         "single p99": float(np.percentile(single, 99)),
@@ -166,14 +183,18 @@ def paced(player: Player, steps: int, seed: int) -> dict[str, object]:
 
 
 def table(options: argparse.Namespace) -> Iterator[dict[str, object]]:
-    """A row a grid, bound and kind."""
+    """A row a grid, bound and kind, and one of all kinds."""
     for grid in options.grids.split(","):
         n_theta, n_z = map(int, grid.split("x"))
         for bound in map(int, options.bounds.split(",")):
             with tempfile.TemporaryDirectory() as folder:
                 player, head = Player((n_theta, n_z), bound, Path(folder)), {"grid": grid, "bound": bound}
+                played = []
                 for kind in KINDS if options.steps else ():
-                    yield head | {"kind": kind} | measured(player, kind, options.steps, options.seed)
+                    played.append(player.play(rows(kind, options.steps, options.seed), paced=False)[0])
+                    yield head | {"kind": kind} | measured(player, kind, played[-1], options.seed)
+                if played:
+                    yield head | {"kind": "together"} | times(np.concatenate(played))
                 if options.paced:
                     yield head | {"kind": "5 kHz"} | paced(player, options.paced, options.seed)
 

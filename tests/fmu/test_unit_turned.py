@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from fmu.check import check, plant_outputs
-from fmu.export import bounded, plant_unit
-from fmu.importer import reference_inputs
-from fmu.turned import MOST_MACHINES, turned_numbers, value_of
+from fmu.export import bounded, choose, export, plant_unit
+from fmu.importer import info, reference_inputs
+from fmu.turned import MOST_MACHINES, read_choices, turned_numbers, value_of
 from fmu.variables import ROW
 from rotorsim.base.errors import DataError
 from rotorsim.fmu import state
@@ -268,6 +268,26 @@ def test_a_value_that_is_no_number_of_its_unit_is_refused_by_path_and_value(mode
     with pytest.raises(DataError) as refused:
         plant_unit(model.plant, 0.0, model.pressure, {"discs.0.mass": [1.3, value]}).variables  # noqa: B018
     assert (refused.value.argument, refused.value.value) == ("discs.0.mass", value)
+
+
+def test_a_star_offers_the_values_for_each_entry_of_a_list(model):
+    over = {"discs.*.mass": [1.2], "discs.0.mass": [1.3]}
+    assert [(one.path, one.values) for one in read_choices(model.assembly, over)] == [("discs.0.mass", (1.5, 1.2, 1.3))]
+    spindle = assemble(load_machine("aerostatic_spindle"))
+    films = {f"bearings.{k}.length" for k in spindle.machine.film_bearings}
+    found = read_choices(spindle, {"bearings.*.length": [0.0501]})
+    assert len(films) > 1 and {one.path for one in found} == films and len({one.name for one in found}) == len(films)
+
+
+def test_a_unit_shows_what_it_offers_and_questions_a_machine_that_does_not_lift(offering, tmp_path):
+    model, unit = offering
+    assert "One of 1.2, 1.5 kg." in unit.variables["discs[1].mass"].description
+    assert "discs[1].mass 1.2, 1.5 kg" in info(unit.path)["offers"]
+    heavy = plant_unit(model.plant, 0.0, model.pressure, {"discs.0.mass": [1.2, 3000.0]})
+    sentences = []
+    export(heavy, tmp_path / "heavy.fmu", (3,), choose("host"), announce=sentences.append)
+    [sentence] = [one for one in sentences if "discs[1].mass" in one]
+    assert "= 3000" in sentence and "no lift-off" in sentence
 
 
 def test_an_empty_list_is_refused(model):
