@@ -641,13 +641,12 @@ def _with_peaks(
 
     Where a mode grows no response is steady, so that none has a peak.
     """
-    speeds = responses["speed"].values
+    speeds, along, major = (responses[name].values for name in ("speed", "z", "major"))
     grows = responses["zeta_least"].values < 0
     peaks = []
-    for case in cases[:-1]:
+    for case, sizes in zip(cases[:-1], major, strict=False):
         for place, z in places.items():
-            sizes = responses["major"].sel(case=case.name).sel(z=z, method="nearest").values
-            found = standards.half_power(speeds, np.where(grows, np.nan, sizes))
+            found = standards.half_power(speeds, np.where(grows, np.nan, sizes[:, np.abs(along - z).argmin()]))
             peaks += [(p, place, case.name) for p in found if p.size > UNSEEN]
     every = np.array([m.speed for m in modes])
     for mode in sorted(modes, key=lambda m: m.speed):

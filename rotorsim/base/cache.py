@@ -168,6 +168,7 @@ def source_files(*places: str) -> list[Path]:
     return sorted(found)
 
 
+@lru_cache
 def installed(name: str) -> str:
     """Version of an installed package; 'source' if it runs from its source tree."""
     try:

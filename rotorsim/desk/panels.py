@@ -50,6 +50,8 @@ STEPS = 20
 """Steps of the speeds of a Campbell diagram."""
 FINER = 40
 """Steps of the speeds of a response."""
+BEGUN = 8
+"""Steps among them at which the response of films is answered first."""
 SHOWN = 8
 """Branches of a Campbell diagram."""
 COLOURS = 6
@@ -176,8 +178,13 @@ class DesignCase:
         at, zeta = (self.campbell[f"critical_{name}"].values for name in ("speed", "zeta"))
         at, zeta = at[self.campbell["critical_order"].values == 1], zeta[self.campbell["critical_order"].values == 1]
         near = [speed * TO_RPM * (1 + k * max(z, 1e-4)) for speed, z in zip(at, zeta, strict=True) for k in AROUND]
-        every = np.unique(np.round([*np.linspace(0.0, self.top, FINER + 1)[1:], *near], 2))
+        every = np.unique([*self.even_speeds, *np.round(near, 2)])
         return [float(one) for one in every if 0 < one <= self.top]
+
+    @property
+    def even_speeds(self) -> np.ndarray:
+        """Speeds (steps,) [rpm] of the response at even steps."""
+        return np.round(np.linspace(0.0, self.top, FINER + 1)[1:], 2)
 
     @cached_property
     def campbell(self) -> xr.Dataset:
@@ -255,11 +262,13 @@ Plain = dict[str, Any]
 PANELS: dict[str, Callable[[DesignCase], Plain]] = {}
 """Makers of panels by name, in the order of the page."""
 TITLES: dict[str, str] = {}
-"""Titles of the panels by name."""
+"""Titles of the panels by name, and of those that are answered in part first."""
 
 
 SLOW: list[str] = []
 """Panels that need many computations, by name."""
+FIRST = {"first response": "response"}
+"""Panels that films answer in part first, by the name of that part."""
 
 
 def panel(
@@ -275,6 +284,12 @@ def panel(
     return register
 
 
+def in_order(names: Sequence[str], films: bool) -> list[str]:
+    """Names of panels as they are computed: first answers in part, then the quick ones, then the slow ones."""
+    begun = [part for part, name in FIRST.items() if films and name in names]
+    return [*begun, *sorted(names, key=SLOW.__contains__)]
+
+
 def answer(case: DesignCase, name: str) -> Plain:
     """A panel of a case as plain data: curves, table, sentences.
 
@@ -284,6 +299,8 @@ def answer(case: DesignCase, name: str) -> Plain:
     >>> rs.desk.answer(rs.desk.DesignCase(rs.load_machine("plain_rotor")), "static")["heads"]
     ['bearing', 'static load [N]']
     """
+    if name in FIRST:
+        return {"title": TITLES[name], "first": True} | _first_response(case)
     return {"title": TITLES[name]} | PANELS[name](case)
 
 
@@ -318,7 +335,20 @@ def _campbell(case: DesignCase) -> Plain:
 
 @panel("response", "Unbalance response")
 def _response(case: DesignCase) -> Plain:
-    found = case.response
+    return _response_of(case.response)
+
+
+TITLES |= {part: TITLES[name] for part, name in FIRST.items()}
+
+
+def _first_response(case: DesignCase) -> Plain:
+    """The response at some even steps, whose peaks are not known yet."""
+    found = unbalance_response(case.plant, case.even_speeds[FINER // BEGUN - 1 :: FINER // BEGUN] * RPM, case.pressure)
+    so_far = f"At {BEGUN} of {FINER} even steps so far; the others, and those next to critical speeds, follow."
+    return _response_of(found) | {"heads": [], "rows": [], "notes": [so_far]}
+
+
+def _response_of(found: xr.Dataset) -> Plain:
     speed = found["speed"].values * TO_RPM
     steady = found["zeta_least"].values >= -DAMPED
     curves = [

@@ -33,6 +33,7 @@ from rotorsim.base.processes import Child, ProcessDiedError, one_thread
 from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
 from rotorsim.desk.page import show_desk
 from rotorsim.desk.panels import (
+    FIRST,
     HIGHEST,
     PANELS,
     SLOW,
@@ -42,6 +43,7 @@ from rotorsim.desk.panels import (
     answer,
     as_commands,
     as_python,
+    in_order,
     point_of,
     too_large,
 )
@@ -91,7 +93,7 @@ class DesignDesk:
             "unkept": design.unkept,
             "large": "" if machine is None else too_large(machine),
             "films": machine is not None and bool(machine.films), "fed": machine is not None and machine.supplied,
-            "panels": [{"name": name, "title": title, "slow": name in SLOW} for name, title in TITLES.items()],
+            "panels": [{"name": name, "title": TITLES[name], "slow": name in SLOW} for name in PANELS],
             "text": _digest(design.text), "kept": _digest(design.kept), "tolerance": HIGHEST["tolerance"],
         }  # fmt: skip
 
@@ -290,7 +292,7 @@ class PanelStream:
         self._end_unwanted()
         try:
             for text, one, panels in asked:
-                for name in sorted(panels, key=SLOW.__contains__):
+                for name in in_order(panels, bool(one.films) and text == design.text):
                     if name in SLOW:
                         await asyncio.sleep(CALM)
                     if self.wanted[window][0] != number:
@@ -300,7 +302,8 @@ class PanelStream:
                     found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
                     if found is None:
                         return
-                    line = {"revision": revision, "panel": name, "answer": found, "text": _digest(text)}
+                    panel = FIRST.get(name, name)
+                    line = {"revision": revision, "panel": panel, "answer": found, "text": _digest(text)}
                     yield orjson.dumps(line) + b"\n"
         finally:
             if self.wanted[window][0] == number:

@@ -18,7 +18,8 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
 Modes come from one search, that of `fe_shaft.spectrum`: all of a stated region, their number proven by the argument
-principle.
+principle. The determinant of a film is divided by that of a film which relaxes at real rates, those of the symmetric
+matrix with \sqrt{A_jk A_kj} off its diagonal: what is left hardly turns along the border.
 
 Cites: hamrock_2004.
 """
@@ -28,12 +29,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csc_matrix
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from reynolds.injector import Injector
@@ -105,6 +107,16 @@ class FilmStates:
         assert len(places) == len(self.kept)
         return places
 
+    def rates(self, S: np.ndarray) -> np.ndarray:
+        """Rates (kept,) [1/s], above 0, at which states of storage S (kept,) relax, in every part by itself."""
+        scale = sparse.diags(1 / np.sqrt(S))
+        J = sparse.csr_matrix(scale @ self.both.real @ scale)
+        pairs = J.multiply(J.T)
+        symmetric = sparse.csr_matrix(J.sign().multiply(np.sqrt(pairs.maximum(0))))
+        count, part = connected_components(symmetric, directed=False)
+        own = (symmetric[part == k][:, part == k].toarray() for k in range(count))
+        return np.abs(np.concatenate([np.linalg.eigvalsh(one) for one in own]))
+
 
 def film_states(film: LinearFilm) -> FilmStates:
     """The states of a film, in parts and in order."""
@@ -117,21 +129,28 @@ def film_states(film: LinearFilm) -> FilmStates:
     put_in = lone[fit][np.unique(other[fit], return_index=True)[1]]
     kept = np.setdiff1d(np.arange(len(film.S)), put_in)
     both = (J[kept][:, kept] - 1j * (J[kept][:, put_in] @ J[put_in][:, kept])).tocsc()
-    dominant = abs(both) + sparse.diags(abs(both).sum(axis=0).A1)
-    order = np.argsort(splu(dominant.tocsc(), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).perm_c)
+    order = least_fill(*(x.astype(np.int32).tobytes() for x in (both.indptr, both.indices)))
     kept, both = kept[order], both[order][:, order].tocsc()
     both.sort_indices()
     return FilmStates(kept, put_in, J[kept][:, put_in], J[put_in][:, kept], both, J.diagonal()[put_in])
 
 
+@lru_cache(maxsize=16)
+def least_fill(indptr: bytes, indices: bytes) -> np.ndarray:
+    """Order (n,) of least fill of a pattern by columns: that of the films of a machine at every speed."""
+    starts, rows = np.frombuffer(indptr, np.int32), np.frombuffer(indices, np.int32)
+    n = len(starts) - 1
+    dominant = csc_matrix((np.ones(len(rows)), rows, starts), (n, n)) + sparse.diags(np.full(n, float(n)))
+    return np.argsort(splu(dominant.tocsc(), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).perm_c)
+
+
 @dataclass(frozen=True, eq=False)
 class FilmFactor:
-    """Factors of A: `lu` of the states that are kept, `d` of those that are put in, the `positive` terms of J + s S."""
+    """Factors of A: `lu` of the states that are kept, `d` of those that are put in."""
 
     states: FilmStates
     lu: Any
     d: np.ndarray
-    positive: np.ndarray
 
     def solve(self, b: np.ndarray, trans: str = "N") -> np.ndarray:
         """A^-1 b for b (n, k) or (n,), with the transposed A for "T", its conjugate for "H"."""
@@ -151,11 +170,8 @@ class FilmFactor:
 
     @property
     def log_det(self) -> complex:
-        """Logarithm of det A over d and the positive terms, up to a multiple of i pi that is the same at every s.
-
-        Their roots -J_kk / S_kk are real and negative, near those of a film that relaxes: what is left hardly turns.
-        """
-        return complex(np.log(self.lu.U.diagonal() + 0j).sum() - np.log(self.positive).sum())
+        """Logarithm of det A over d, up to a multiple of i pi that is the same at every s."""
+        return complex(np.log(self.lu.U.diagonal() + 0j).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,13 +211,21 @@ class FilmResponse:
             by = np.zeros(len(states.kept), d.dtype)
             by[states.R.indices] = 1 / d
             data += both.imag * by[states.columns]
-        positive = both.real[states.diagonal] + s * film.S[states.kept]
         data[states.diagonal] += s * film.S[states.kept]
         A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)
         lu = splu(A, permc_spec="NATURAL", **SYMMETRIC)
-        factor = FilmFactor(states, lu, d, positive[both.real[states.diagonal] > 0])
+        factor = FilmFactor(states, lu, d)
         L = factor.solve(film.F_y.T, "T")
         return FilmAnswer(factor, L, L.T @ (film.J_X + s * film.S_X))
+
+    @cached_property
+    def _rates(self) -> np.ndarray:
+        states = self._known[0]
+        return states.rates(self.film.S[states.kept])
+
+    def log_det(self, answer: FilmAnswer, s: complex) -> complex:
+        """Logarithm of det A at s over that of a film that relaxes, up to a constant."""
+        return answer.factor.log_det - complex(np.log(s + self._rates).sum())
 
     def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
@@ -499,7 +523,8 @@ class ShiftedPlant:
     def log_det(self) -> complex:
         """Logarithm of the determinant over terms with roots that are real and negative, up to a constant."""
         sign, size = np.linalg.slogdet(self.stiffness.astype(complex))
-        return complex(size + 1j * np.angle(sign) + (0.0 if self.film is None else self.film.factor.log_det))
+        film = 0.0 if self.film is None else self.model.response.log_det(self.film, self.s)
+        return complex(size + 1j * np.angle(sign) + film)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """(J - s S)^-1 b for b (n,)."""

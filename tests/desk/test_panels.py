@@ -26,6 +26,7 @@ from rotorsim.desk.panels import (
     answer,
     as_commands,
     as_python,
+    in_order,
     point_of,
 )
 from rotorsim.desk.server import answer_of, make_desk
@@ -188,6 +189,28 @@ def clearances_of(top, **changed):
     machine = rs.load_machine("rigid_rotor_self_acting").replace("grid.n_theta", 16).replace("grid.n_z", 8)
     found = answer(DesignCase(machine, DeskPoint(top=top)), "clearance")
     return found["rows"], found["notes"][0], found["curves"][1]["y"]
+
+
+def test_films_answer_the_response_at_some_of_its_speeds_first():
+    machine = rs.load_machine("rigid_rotor_self_acting").replace("grid.n_theta", 16).replace("grid.n_z", 8)
+    case = DesignCase(machine, DeskPoint(top=4702.0))
+    first, whole = answer(case, "first response"), answer(case, "response")
+    assert first["first"] and "first" not in whole and first["title"] == whole["title"]
+    assert len(first["curves"][0]["x"]) == 8 and not first["rows"] and "8 of 40" in first["notes"][0]
+    for some, every in zip(first["curves"], whole["curves"], strict=True):
+        places = [every["x"].index(speed) for speed in some["x"]]
+        assert some["y"] == [every["y"][k] for k in places] != []
+
+
+def test_what_is_answered_in_part_first_comes_before_the_other_panels_of_films_alone():
+    assert in_order(["clearance", "campbell", "response"], True) == [
+        "first response",
+        "campbell",
+        "response",
+        "clearance",
+    ]
+    assert in_order(["response", "campbell"], False) == ["response", "campbell"]
+    assert in_order(["campbell"], True) == ["campbell"]
 
 
 def test_a_clearance_that_is_stable_up_to_the_speed_searched_is_above_every_onset():

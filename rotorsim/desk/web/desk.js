@@ -184,7 +184,7 @@ export default {
       const refused = answer.refused;
       const group = sent.act === "set" ? `${sent.path} ${sent.burst}` : `${sent.act} ${answer.revision}`;
       if (!refused && !answer.conflict && group !== this.last) {
-        this.before = { ...this.answers };
+        for (const [name, one] of Object.entries(this.answers)) if (!one.first) this.before[name] = one;
         this.last = group;
       }
       if (sent.act === "set") delete this.refused[sent.path];
@@ -261,6 +261,7 @@ export default {
       }
     },
     answered({ revision, panel, answer, text }) {
+      if (answer.first) return this.begun(panel, answer, text);
       if (this.kept && text === this.state.kept) {
         this.kept[panel] = answer;
         this.paint(panel);
@@ -274,6 +275,16 @@ export default {
         this.paint(panel);
         const names = this.state.panels.filter((one) => !this.hidden[one.name] && !one.slow).map((one) => one.name);
         window.deskTimes.push({ panel, revision, typed: this.typedAt, drawn: performance.now(), all: names.every((name) => this.revisions[name] === this.state.revision) });
+      });
+    },
+    // An answer in part: drawn unless the whole one of this design is there, with the panel still waiting.
+    begun(panel, answer, text) {
+      if (text !== this.state.text || this.texts[panel] === text) return;
+      this.answers[panel] = answer;
+      this.texts[panel] = "";
+      this.$nextTick(() => {
+        this.paint(panel);
+        window.deskTimes.push({ panel, revision: this.state.revision, typed: this.typedAt, drawn: performance.now(), first: true, all: false });
       });
     },
     typed(field, text) {
