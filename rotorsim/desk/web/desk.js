@@ -193,8 +193,14 @@ export default {
       this.sentence = "";
       if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
       else if (refused) this.sentence = refused.sentence;
+      if (refused?.field) this.pointAt(refused);
       if (answer.chosen) this.choose(answer.chosen);
       this.take(answer);
+    },
+    // An act that another field forbids is answered there too.
+    pointAt({ field, reason }) {
+      this.refused[field] = { sentence: reason };
+      this.choose(this.state.groups.flatMap((one) => one.parts).find((part) => part.fields.some((one) => one.path === field)).path);
     },
     take(state) {
       const other = !this.state || this.state.revision !== state.revision || !state.groups !== !this.state.groups;
@@ -283,7 +289,7 @@ export default {
       this.act("set", { path: field.path, text, burst: String(this.burst) });
     },
     value(field) {
-      return this.refused[field.path] ? this.refused[field.path].text : field.text;
+      return this.refused[field.path]?.text ?? field.text;
     },
     wrong(path) {
       return this.refused[path]?.sentence || this.state.at[path] || "";
