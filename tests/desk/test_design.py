@@ -429,15 +429,19 @@ def test_ctrl_c_ends_a_desk_whose_child_computes_and_the_child(tmp_path, asked):
             with suppress(OSError, HTTPException), opener.open(address.partition("?")[0] + asked, content) as answer:
                 answer.read()
 
-        waiting = Thread(target=ask)
+        waiting = Thread(target=ask, daemon=True)
         waiting.start()
         child = until(psutil.Process(desk.pid).children, desk)[0]
         child.suspend()
         desk.send_signal(signal.SIGINT)
-        assert desk.wait(PATIENCE) == 0
-        assert "Traceback" not in desk.stderr.read()
-        assert not psutil.wait_procs([child], PATIENCE)[1]
-        waiting.join()
+        try:
+            assert desk.wait(PATIENCE) == 0
+            assert "Traceback" not in desk.stderr.read()
+            assert not psutil.wait_procs([child], PATIENCE)[1]
+        finally:
+            desk.kill()
+            with suppress(psutil.NoSuchProcess):
+                child.kill()
 
 
 @pytest.mark.nightly

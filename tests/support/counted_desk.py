@@ -1,7 +1,7 @@
 """The command line, whose desk notes on stderr what its windows ask for and what it computes; a program."""
 
 import functools
-import sys
+import os
 
 from rotorsim.desk import server
 from rotorsim.desk.panels import DeskPoint
@@ -11,7 +11,7 @@ WORD = "noted"
 
 def note(event, name, text):
     """A line of an event, the panel and the digest of the text."""
-    print(WORD, event, name, server._digest(text) or "-", file=sys.stderr, flush=True)
+    os.write(2, f"{WORD} {event} {name} {server._digest(text) or '-'}\n".encode())  # whole lines of several threads
 
 
 class Wanted(dict):

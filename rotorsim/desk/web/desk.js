@@ -214,7 +214,7 @@ export default {
       if (this.acting || this.acts.length || document.hidden) return;
       try {
         const found = await (await fetch(`desk?known=${this.state.revision}`)).json();
-        if (this.acting || this.acts.length) return;
+        if (this.acting || this.acts.length || found.revision < this.state.revision) return; // an act was quicker
         if (found.groups || found.starts) this.take(found);
         else Object.assign(this.state, found);
         this.over = "";
@@ -235,7 +235,7 @@ export default {
       const names = this.panels.map((one) => one.name).filter((name) => !this.unasked(name)).sort((a, b) => place(a) - place(b));
       this.waiting = Object.fromEntries(names.map((name) => [name, true]));
       if (!this.state.films || this.state.large) return this.stream(names);
-      this.calm = setTimeout(() => this.stream(names), CALM);
+      this.calm = setTimeout(() => this.stream(names.filter((name) => this.waiting[name])), CALM);
       return this.stream(["static"]);
     },
     async stream(names) {

@@ -211,6 +211,7 @@ def dragged(page, part):
 def test_a_drag_of_two_seconds_never_queues_more_than_one_computation_a_panel(desk_of, name, text, part):
     """Each that begins is of the design asked for last, none is begun twice for one design or beside another."""
     page = desk_of(name, text=text, hidden=SLOW, ready=False, program=(counted_desk.__file__,))
+    field(page, f"{part}.position").wait_for()
     settled(page)
     page.lines.clear()
     moved = float(field(page, f"{part}.position").input_value())
