@@ -1,6 +1,8 @@
 """Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
 
 import asyncio
+import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -442,6 +444,24 @@ def test_ctrl_c_ends_a_desk_whose_child_computes_and_the_child(tmp_path, asked):
             desk.kill()
             with suppress(psutil.NoSuchProcess):
                 child.kill()
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
+def test_a_program_reads_the_answers_as_the_page_of_the_docs_shows(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "desk.md").read_text(encoding="utf-8")
+    lines = [line for line in page.splitlines() if line.startswith("curl ")]
+    words = [sys.executable, "-m", "rotorsim", "desk", "plain_rotor", "--no-browser", "--keep-open"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=tmp_path) as desk:
+        address = desk.stdout.readline().split()[-1]
+        place, _, token = address.partition("/?token=")
+        own = [line.replace("http://127.0.0.1:8760", place).replace("token=...", f"token={token}") for line in lines]
+        found = [subprocess.run(shlex.split(line), cwd=tmp_path, capture_output=True).stdout for line in own]
+        desk.send_signal(signal.SIGINT)
+    state, answers = orjson.loads(found[1]), [orjson.loads(line) for line in found[2].splitlines()]
+    text = machine_text("plain_rotor")
+    assert {one["panel"] for one in answers} == {"static", "campbell"} < {one["name"] for one in state["panels"]}
+    for one in answers:
+        assert one["answer"] == orjson.loads(orjson.dumps(answer_of(text, DeskPoint(), one["panel"])))
 
 
 @pytest.mark.nightly

@@ -21,7 +21,9 @@ def desk_of(tmp_path, browser):
             path.write_bytes((text or machine_text(name)).encode())
         words = ("desk", *([str(path)] if name else []), "--folder", str(tmp_path), "--no-browser", "--keep-open")
         desk = Started(tmp_path, command=lambda folder: serve(*words, program=program))
-        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
+        )  # a mode that moves takes the processor
         page = context.new_page()
         begun.append((desk, context, page))
         page.set_default_timeout(PATIENCE * 1e3)
