@@ -25,6 +25,7 @@ from typing import Any
 import orjson
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import StreamingResponse
+from nicegui import app as pages
 
 from fe_shaft.rotor import is_saved_rotor
 from rotorsim.base.errors import DataError, MachineFileError, NotCarried, RotorsimError
@@ -51,7 +52,7 @@ from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.starts import STARTS, begin, free
 from rotorsim.live.serving import Announce, print_address, serve, with_page
 from rotorsim.machine import from_ross, machine_text, shipped_machines
-from rotorsim.machine.schema import Machine
+from rotorsim.machine.schema import Machine, leaves
 from rotorsim.report.design import design_page
 from rotorsim.report.machine_sketch import side_view
 from rotorsim.report.page import html
@@ -109,14 +110,14 @@ class DesignDesk:
         except (RotorsimError, OSError) as error:
             path = str(getattr(error, "argument", "") or "") if isinstance(error, RefusedError) else ""
             sentence = str(error).removeprefix(f"{path}: ")
-            return {"refused": {"path": path, "text": values.get("text", ""), "sentence": sentence}}
+            field, _, reason = sentence.partition(": ")
+            at = {"field": field, "reason": reason} if name != "set" and self._has(field) else {}
+            return {"refused": {"path": path, "text": values.get("text", ""), "sentence": sentence} | at}
 
-    def scripts(self, point: DeskPoint) -> dict[str, str]:
-        """Python script and commands that give the numbers of the page."""
-        assert self.design is not None and self.design.machine is not None
-        case = case_of(self.design.text, point)
-        file = self.design.path.name
-        return {"python": as_python(case, file), "commands": as_commands(case, file)}
+    def _has(self, path: str) -> bool:
+        """Whether the machine has a field of a path."""
+        machine = None if self.design is None else self.design.machine
+        return machine is not None and any(path == one for one, *_ in leaves(machine))
 
     def run_up(self) -> str:
         """Start a live rig of the design as it is; its address."""
@@ -264,6 +265,17 @@ def report_of(text: str, point: DeskPoint) -> str:
     return html(design_page(case_of(text, point).review))
 
 
+def scripts_of(text: str, point: DeskPoint, file: str) -> dict[str, str]:
+    """Python script and commands that give the numbers of the page of a text, under the name of its file."""
+    case = case_of(text, point)
+    return {"python": as_python(case, file), "commands": as_commands(case, file)}
+
+
+def _takes_long(machine: Machine) -> bool:
+    """Whether the panels of a machine are those of a child process."""
+    return bool(machine.films or too_large(machine))
+
+
 @dataclass(eq=False)
 class PanelStream:
     """Answers to windows: what each waits for now, and the child that computes films."""
@@ -273,6 +285,7 @@ class PanelStream:
     _far: Lock = field(default_factory=Lock)
     _child: Child | None = None
     _working: tuple[str, DeskPoint] | None = None
+    _closed: bool = False
 
     async def stream(
         self, design: Design, window: str, names: list[str], point: DeskPoint, of_kept: Sequence[str] = ()
@@ -298,7 +311,7 @@ class PanelStream:
                     if self.wanted[window][0] != number:
                         return
                     self.wanted[window] = number, text, point
-                    far = name in SLOW or (name not in NEAR and bool(one.films or too_large(one)))
+                    far = name in SLOW or (name not in NEAR and _takes_long(one))
                     found = await asyncio.to_thread(self._answer, far, text, point, name, window, number)
                     if found is None:
                         return
@@ -307,28 +320,51 @@ class PanelStream:
                     yield orjson.dumps(line) + b"\n"
         finally:
             if self.wanted[window][0] == number:
-                self.wanted[window] = number, "", point  # a window that is closed waits for nothing
+                self.wanted[window] = number + 1, "", point  # a window that is closed waits for nothing
+                self._end_unwanted()
 
     def _answer(
         self, far: bool, text: str, point: DeskPoint, name: str, window: str, number: int
     ) -> dict[str, Any] | None:
         """A panel; None where the window has asked for something else before it was begun or while a child computed."""
         with self._far if far else self._near:
-            if self.wanted[window][0] != number:
-                return None
-            if not far:
-                return answer_of(text, point, name)
-            if self._child is None or not self._child.alive:
-                self._child = Child()
-            self._working = text, point
+            if far:
+                self._working = text, point  # before it is asked whether that is wanted
             try:
-                return dict(self._child.call(answer_of, text, point, name))
+                if self.wanted[window][0] != number:
+                    return None
+                if not far:
+                    return answer_of(text, point, name)
+                return dict(self._call(answer_of, text, point, name))
             except ProcessDiedError as error:
                 if self.wanted[window][0] != number:
                     return None
                 return {"title": TITLES[name], "error": f"the process that computes {error}; type on to try again"}
             finally:
-                self._working = None
+                if far:
+                    self._working = None
+
+    def whole(self, machine: Machine, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Result of a function about the whole of a machine's text, by the child where that takes long.
+
+        Raises RotorsimError where the child ends.
+        """
+        far = _takes_long(machine)
+        with self._far if far else self._near:
+            if not far:
+                return function(*arguments)
+            try:
+                return self._call(function, *arguments)
+            except ProcessDiedError as error:
+                raise RotorsimError(f"the process that computes {error}; ask again") from error
+
+    def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Result of a function by the child, which is begun where there is none."""
+        if self._child is None or not self._child.alive:
+            self._child = Child()
+        if self._closed:  # asked after `close` can see the child
+            self._child.kill()
+        return self._child.call(function, *arguments)
 
     def _end_unwanted(self) -> None:
         """End the child where it computes what no window waits for."""
@@ -338,9 +374,11 @@ class PanelStream:
                 child.process.kill()
 
     def close(self) -> None:
-        """End the child."""
+        """End the child, and begin no other."""
+        self._closed = True
         if self._child is not None:
-            self._child.kill()
+            with suppress(OSError):
+                self._child.process.kill()
 
 
 async def _content(request: Request) -> dict[str, Any]:
@@ -390,9 +428,11 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
 
     @app.post("/scripts")
     async def scripts(request: Request) -> Response:
-        content = await _content(request)
+        content, design = await _content(request), desk.design
         try:
-            return reply(await asyncio.to_thread(desk.scripts, point_of(content)))
+            assert design is not None and design.machine is not None
+            asked = scripts_of, design.text, point_of(content), design.path.name
+            return reply(await asyncio.to_thread(answers.whole, design.machine, *asked))
         except (RotorsimError, AssertionError) as error:
             return reply({"error": str(error)})
 
@@ -407,9 +447,10 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
     async def report(supply: str = "") -> Response:
         if desk.design is None or desk.design.machine is None:
             return Response("begin a design or open one first", media_type="text/plain")
-        text = desk.design.text
+        design = desk.design
         try:
-            page = await asyncio.to_thread(report_of, text, point_of({"supply": supply}))
+            asked = report_of, design.text, point_of({"supply": supply})
+            page = await asyncio.to_thread(answers.whole, design.machine, *asked)
         except RotorsimError as error:
             return Response(str(error), media_type="text/plain; charset=utf-8")
         return Response(page, media_type="text/html; charset=utf-8")
@@ -463,8 +504,13 @@ def serve_desk(
     >>> rs.desk.serve_desk("plain_rotor")  # doctest: +SKIP
     """
     desk, answers = make_desk(machine, Path(folder)), PanelStream()
+
+    def end() -> None:
+        answers.close()
+        desk.close()
+
+    pages.on_shutdown(end)  # before the server waits for its threads, which wait for these processes
     try:
         serve(application(desk, answers), port, announce, browser, keep_open)
     finally:
-        answers.close()
-        desk.close()
+        end()

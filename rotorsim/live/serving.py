@@ -371,12 +371,12 @@ class OneLine(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a record to stderr."""
-        if ENDED in record.getMessage():
+        error = record.exc_info[1] if record.exc_info else None
+        if ENDED in record.getMessage() or isinstance(error, asyncio.CancelledError):
             return
         self.lines += 1
         if self.lines > MOST:
             return
-        error = record.exc_info[1] if record.exc_info else None
         found = [" ".join(record.getMessage().split())] + ([f"{type(error).__name__}: {error}"] if error else [])
         print(f"rotorsim live: {'; '.join(found)}"[:400], file=sys.stderr)
         if self.lines == MOST:

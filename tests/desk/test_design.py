@@ -1,14 +1,23 @@
 """Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
 
 import asyncio
+import shlex
+import shutil
+import signal
 import subprocess
 import sys
 import tomllib
 import warnings
+from contextlib import suppress
+from http.client import HTTPException
+from http.cookiejar import CookieJar
 from pathlib import Path
+from threading import Thread
+from urllib.request import HTTPCookieProcessor, build_opener
 
 import numpy as np
 import orjson
+import psutil
 import pytest
 from starlette.requests import Request
 
@@ -23,6 +32,7 @@ from rotorsim.desk.server import DesignDesk, PanelStream, answer_of, application
 from rotorsim.desk.starts import STARTS, begin
 from rotorsim.machine import Machine, bearing_points, from_ross, machine_text, shipped_machines
 from rotorsim.machine.rotor_import import with_points
+from waiting import PATIENCE, until
 
 
 def test_a_bare_number_takes_the_unit_of_the_field_and_all_other_bytes_stay(design):
@@ -403,6 +413,55 @@ def test_a_table_that_no_bearing_can_have_is_refused_with_the_name_of_its_file(d
     with pytest.raises(RefusedError) as error:
         design.tabulate(path, "supplier.csv", content)
     assert (error.value.argument, error.value.value) == (path, "supplier.csv") and design.text == before
+
+
+@pytest.mark.parametrize("asked", ["answers", "report"])
+def test_ctrl_c_ends_a_desk_whose_child_computes_and_the_child(tmp_path, asked):
+    """The child is stopped, so that a desk that waits for it never ends."""
+    path = tmp_path / "rotor.toml"
+    path.write_bytes(machine_text("rigid_rotor_self_acting").encode())
+    words = [sys.executable, "-m", "rotorsim", "desk", str(path), "--no-browser", "--keep-open"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as desk:
+        address = desk.stdout.readline().split()[-1]
+        opener = build_opener(HTTPCookieProcessor(CookieJar()))
+        opener.open(address).close()
+        content = orjson.dumps({"window": "w", "panels": ["campbell"]}) if asked == "answers" else None
+
+        def ask():
+            with suppress(OSError, HTTPException), opener.open(address.partition("?")[0] + asked, content) as answer:
+                answer.read()
+
+        waiting = Thread(target=ask, daemon=True)
+        waiting.start()
+        child = until(psutil.Process(desk.pid).children, desk)[0]
+        child.suspend()
+        desk.send_signal(signal.SIGINT)
+        try:
+            assert desk.wait(PATIENCE) == 0
+            assert "Traceback" not in desk.stderr.read()
+            assert not psutil.wait_procs([child], PATIENCE)[1]
+        finally:
+            desk.kill()
+            with suppress(psutil.NoSuchProcess):
+                child.kill()
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
+def test_a_program_reads_the_answers_as_the_page_of_the_docs_shows(tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "desk.md").read_text(encoding="utf-8")
+    lines = [line for line in page.splitlines() if line.startswith("curl ")]
+    words = [sys.executable, "-m", "rotorsim", "desk", "plain_rotor", "--no-browser", "--keep-open"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=tmp_path) as desk:
+        address = desk.stdout.readline().split()[-1]
+        place, _, token = address.partition("/?token=")
+        own = [line.replace("http://127.0.0.1:8760", place).replace("token=...", f"token={token}") for line in lines]
+        found = [subprocess.run(shlex.split(line), cwd=tmp_path, capture_output=True).stdout for line in own]
+        desk.send_signal(signal.SIGINT)
+    state, answers = orjson.loads(found[1]), [orjson.loads(line) for line in found[2].splitlines()]
+    text = machine_text("plain_rotor")
+    assert {one["panel"] for one in answers} == {"static", "campbell"} < {one["name"] for one in state["panels"]}
+    for one in answers:
+        assert one["answer"] == orjson.loads(orjson.dumps(answer_of(text, DeskPoint(), one["panel"])))
 
 
 @pytest.mark.nightly

@@ -34,9 +34,9 @@ def start(folder, *options):
     return serve("live", *COARSE, "--no-browser", "--out", str(folder), *options)
 
 
-def serve(*words):
+def serve(*words, program=("-m", "rotorsim")):
     """A command that serves a page, and the address of that."""
-    command = [sys.executable, "-m", "rotorsim", *words]
+    command = [sys.executable, *program, *words]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (ROOT, os.environ.get("PYTHONPATH"))))}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     line = process.stdout.readline()

@@ -193,8 +193,14 @@ export default {
       this.sentence = "";
       if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
       else if (refused) this.sentence = refused.sentence;
+      if (refused?.field) this.pointAt(refused);
       if (answer.chosen) this.choose(answer.chosen);
       this.take(answer);
+    },
+    // An act that another field forbids is answered there too.
+    pointAt({ field, reason }) {
+      this.refused[field] = { sentence: reason };
+      this.choose(this.state.groups.flatMap((one) => one.parts).find((part) => part.fields.some((one) => one.path === field)).path);
     },
     take(state) {
       const other = !this.state || this.state.revision !== state.revision || !state.groups !== !this.state.groups;
@@ -208,7 +214,7 @@ export default {
       if (this.acting || this.acts.length || document.hidden) return;
       try {
         const found = await (await fetch(`desk?known=${this.state.revision}`)).json();
-        if (this.acting || this.acts.length) return;
+        if (this.acting || this.acts.length || found.revision < this.state.revision) return; // an act was quicker
         if (found.groups || found.starts) this.take(found);
         else Object.assign(this.state, found);
         this.over = "";
@@ -229,7 +235,7 @@ export default {
       const names = this.panels.map((one) => one.name).filter((name) => !this.unasked(name)).sort((a, b) => place(a) - place(b));
       this.waiting = Object.fromEntries(names.map((name) => [name, true]));
       if (!this.state.films || this.state.large) return this.stream(names);
-      this.calm = setTimeout(() => this.stream(names), CALM);
+      this.calm = setTimeout(() => this.stream(names.filter((name) => this.waiting[name])), CALM);
       return this.stream(["static"]);
     },
     async stream(names) {
@@ -294,7 +300,7 @@ export default {
       this.act("set", { path: field.path, text, burst: String(this.burst) });
     },
     value(field) {
-      return this.refused[field.path] ? this.refused[field.path].text : field.text;
+      return this.refused[field.path]?.text ?? field.text;
     },
     wrong(path) {
       return this.refused[path]?.sentence || this.state.at[path] || "";

@@ -1,5 +1,7 @@
 """Fixtures of the desk's browser tests: browser, started desk on a file of its own, open page."""
 
+import json
+
 import pytest
 
 from live_browser import PATIENCE, Started, serve
@@ -13,17 +15,22 @@ def desk_of(tmp_path, browser):
     """Opens the desk of a copy of a shipped machine, or an empty one: its page, which talks to nobody else."""
     begun = []
 
-    def start(name=None, scheme="light", width=1400, ready=True):
+    def start(name=None, scheme="light", width=1400, ready=True, hidden=(), program=("-m", "rotorsim"), text=None):
         path = tmp_path / "rotor.toml"
         if name is not None:
-            path.write_bytes(machine_text(name).encode())
+            path.write_bytes((text or machine_text(name)).encode())
         words = ("desk", *([str(path)] if name else []), "--folder", str(tmp_path), "--no-browser", "--keep-open")
-        desk = Started(tmp_path, command=lambda folder: serve(*words))
-        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        desk = Started(tmp_path, command=lambda folder: serve(*words, program=program))
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
+        )  # a mode that moves takes the processor
         page = context.new_page()
         begun.append((desk, context, page))
         page.set_default_timeout(PATIENCE * 1e3)
-        page.file, page.address, page.faults = path, desk.address, []
+        page.file, page.address, page.lines, page.faults = path, desk.address, desk.lines, []
+        if hidden:
+            kept = json.dumps(json.dumps(dict.fromkeys(hidden, True)))
+            page.add_init_script(f"localStorage.setItem('rotorsim-desk-hidden', {kept})")
         page.on("request", lambda r: page.faults.append(r.url) if foreign(r.url, desk.address) else None)
         page.on("pageerror", lambda error: page.faults.append(str(error)))
         page.goto(desk.address)

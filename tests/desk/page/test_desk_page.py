@@ -9,13 +9,12 @@ from urllib.request import Request, urlopen
 import numpy as np
 import pytest
 
+import counted_desk
 from live_browser import IN_BROWSER, expect, until
 from random_edits import edits
 from rotorsim.desk import Design
-from rotorsim.machine import Machine, machine_text
-from rotorsim.report.design import answered
-from rotorsim.report.linear import criticals, peaks
-from rotorsim.report.page import cells
+from rotorsim.desk.panels import PANELS, SLOW, DesignCase, answer
+from rotorsim.machine import Machine, load_machine, machine_text, shipped_machines
 
 pytestmark = IN_BROWSER
 READY = "window.deskTimes?.some((one) => one.all)"
@@ -33,13 +32,13 @@ def field(page, path):
     return page.locator(f"input[data-path='{path}']")
 
 
-def settled(page):
+def settled(page, panels="[data-panel]:not([data-slow])"):
     """Wait until every panel shows the design as it is; `wait_for_function` would take a promise itself for true."""
-    panels = (
-        "fetch('desk?known=-1').then((r) => r.json()).then((s) => [...document.querySelectorAll("
-        "'[data-panel]:not([data-slow])')].every((one) => Number(one.dataset.revision) === s.revision))"
+    shown = (
+        "(panels) => fetch('desk?known=-1').then((r) => r.json()).then((s) => [...document.querySelectorAll(panels)]"
+        ".every((one) => Number(one.dataset.revision) === s.revision))"
     )
-    until(page, bool, asked=lambda page: page.evaluate(panels))
+    until(page, bool, asked=lambda page: page.evaluate(shown, panels))
 
 
 def edits_of(page):
@@ -54,28 +53,63 @@ def shapes(page):
     )
 
 
-@pytest.mark.parametrize("name", ["plain_rotor", "pump_on_tables"])
-def test_every_table_on_the_page_has_the_numbers_of_the_script_that_it_shows(desk_of, name, monkeypatch):
-    page = desk_of(name)
-    field(page, "discs.0.mass").fill("35")
-    field(page, "discs.0.mass").blur()
+def leaves_of(found, path=""):
+    """Numbers and texts of nested data, by their place."""
+    pairs = found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list) else None
+    if pairs is None:
+        return {path: found}
+    return {place: leaf for key, value in pairs for place, leaf in leaves_of(value, f"{path}.{key}").items()}
+
+
+def by_script(page, group):
+    """The panels of a group by the results of the script that the page shows."""
+    page.get_by_role("button", name="as Python").click()
+    lines = page.locator("[data-script]").text_content().splitlines()
+    others = tuple(f"{name} = " for names in RESULTS.values() if names != RESULTS[group] for name in names)
+    space = {}
+    exec("\n".join(line for line in lines if not line.startswith(others)), space)
+    case = DesignCase(load_machine(page.file))
+    case.__dict__.update({name: space[name] for name in RESULTS[group] if name in space})
+    return {name: json.loads(json.dumps(answer(case, name))) for name in PANELS if (name in SLOW) == (group == "slow")}
+
+
+RESULTS = {"quick": ("campbell", "response", "modes", "static", "review"), "slow": ("slopes", "scatter", "clearances")}
+"""Results of the script from which the panels of a group are made."""
+AT_ONCE = [name for name in shipped_machines() if not load_machine(name).films]
+
+
+@pytest.mark.parametrize(
+    ("group", "name"),
+    [pytest.param(group, name, marks=() if group == "quick" and name in AT_ONCE else pytest.mark.nightly)
+     for group in RESULTS for name in shipped_machines()],
+)  # fmt: skip
+def test_every_figure_on_the_page_is_that_of_the_script_that_it_shows(desk_of, group, name, monkeypatch, capsys):
+    """Curves, tables and sentences of an edited machine, each figure as it is printed; the sum is printed."""
+    page = desk_of(name, ready=False, hidden=[one for one in PANELS if (one in SLOW) != (group == "slow")])
+    path = "discs.0.mass" if load_machine(name).discs else "shaft.sections.0.outer_diameter"
+    field(page, path).press("ArrowUp")
+    until(page, lambda edits: edits == 1, asked=edits_of)
+    field(page, path).blur()
     page.get_by_role("button", name="Save", exact=True).click()
     expect(page.locator("[data-saved]")).to_have_text("saved")
-    settled(page)
-    page.get_by_role("button", name="as Python").click()
+    settled(page, "[data-panel]")
+    expect(page.locator(".desk-waiting")).to_have_count(0)
+    shown = json.loads(page.evaluate("JSON.stringify(getElement(document.querySelector('.desk')).answers)"))
     monkeypatch.chdir(page.file.parent)
-    space = {}
-    exec(page.locator("[data-script]").text_content(), space)
-    assert table(page, "campbell") == [cells(row) for row in criticals(space["campbell"])] != []
-    assert table(page, "response") == [cells(row) for row in peaks(space["response"])] != []
-    modes = zip(space["modes"]["wn"].values / (2 * np.pi), space["modes"]["zeta"].values, strict=True)
-    shown = [row[1:3] for row in table(page, "modes")]
-    assert shown == [cells((float(f), float(z))) for f, z in modes][: len(shown)] != []
-    loads = [cells((float(load),))[0] for load in space["static"]["load"].values]
-    assert [row[1] for row in table(page, "static")] == loads
-    checks = {(c.name, cells((answered(c),))[0], c.verdict) for c in space["review"].checks}
-    found = {(row[0], row[2], row[4][2:]) for row in table(page, "limits")}
-    assert found == checks
+    expected = by_script(page, group)
+    assert shown.keys() == expected.keys()
+    for panel, one in shown.items():
+        assert table(page, panel) == one.get("rows", [])
+        notes = page.locator(f"[data-panel='{panel}'] .desk-note").all_text_contents()
+        assert notes == one["notes"]
+    here, there = leaves_of(shown), leaves_of(expected)
+    figures = [place for place, leaf in there.items() if any(c.isdigit() for c in str(leaf))]
+    unequal = [
+        (place, here.get(place), there.get(place)) for place in here | there if here.get(place) != there.get(place)
+    ]
+    with capsys.disabled():
+        print(f"\n{name}, {group} panels: {len(figures)} figures, {len(unequal)} unequal")
+    assert figures and not unequal
 
 
 def test_a_value_is_answered_while_it_is_typed_and_a_refused_one_keeps_the_last_design(desk_of):
@@ -101,6 +135,45 @@ def test_a_value_is_answered_while_it_is_typed_and_a_refused_one_keeps_the_last_
     expect(mass).to_have_value("3.946")
     settled(page)
     assert table(page, "campbell") == before and shapes(page) == drawn
+
+
+BREAKS = {
+    "shaft.sections.0.length": ("-10", "12"), "bearings.0.position": ("9000", "1"), "bearings.1.clearance": ("0", "24"),
+    "name": ("", "mine"), "discs.0.mass": ("1a5", "1.6"), "shaft.material.poisson_ratio": ("", "0.29"),
+}  # fmt: skip
+"""What is typed into the field of a path that does not fit, and then what does."""
+
+
+def test_whoever_breaks_a_shipped_machine_is_led_out_at_the_field_with_the_last_design_drawn(desk_of):
+    page = desk_of(hidden=[name for name in PANELS if name != "static"])
+    page.get_by_label("shipped machine").select_option("dtu_gas_bearing")
+    page.get_by_role("button", name="Open a copy").click()
+    field(page, "discs.0.mass").wait_for()
+    page.evaluate("document.querySelectorAll('.desk-parts details').forEach((one) => (one.open = true))")
+    for _ in range(2):  # the second lies around the first
+        page.get_by_role("button", name="add layer").click()
+    one, two = (field(page, f"shaft.layers.{k}.inner_diameter") for k in range(2))
+    two.wait_for()
+    overlapping = {"shaft.layers.1.inner_diameter": (one.input_value(), two.input_value())}
+    for path, (wrong, right) in (BREAKS | overlapping).items():
+        settled(page)
+        drawn, loads = shapes(page), table(page, "static")
+        field(page, path).fill(wrong)
+        sentence = page.locator(f"[id='d-{path}'].desk-sentence")
+        expect(sentence).to_contain_text("; ")  # what is wrong; the way out
+        expect(field(page, path)).to_have_attribute("aria-invalid", "true")
+        assert (shapes(page), table(page, "static")) == (drawn, loads) and drawn and loads
+        field(page, path).fill(right)
+        expect(sentence).to_have_count(0)
+    drawn = shapes(page)
+    page.get_by_role("button", name="delete disc 0").click()
+    place = field(page, "effects.unbalance.position")
+    expect(place).to_have_attribute("aria-invalid", "true")
+    assert shapes(page) == drawn
+    place.fill("100")
+    expect(place).to_have_attribute("aria-invalid", "false")
+    page.get_by_role("button", name="delete disc 0").click()
+    expect(page.locator("[data-part='discs.0']")).to_have_count(0)
 
 
 def test_two_hundred_random_edits_are_undone_on_the_page_to_the_byte(desk_of):
@@ -156,22 +229,55 @@ def test_a_browser_that_is_closed_loses_no_edit_and_two_windows_show_one_design(
     assert Machine.from_text(page.file.with_name("rotor.toml.edits").read_text()).bearings[0].kxx == 20e6
 
 
-def test_a_drag_moves_the_disc_and_asks_for_no_more_answers_than_it_moves(desk_of):
-    page = desk_of("plain_rotor")
-    page.evaluate("window.deskTimes.length = 0")
-    box = page.locator("polygon[data-shape='discs.0']").bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + 20
+COARSE = machine_text("rigid_rotor_self_acting").replace("[gas]", "[grid]\nn_theta = 16\nn_z = 8\n\n[gas]", 1)
+
+
+def dragged(page, part):
+    """Drag a part for two seconds, forty moves."""
+    box = page.locator(f"[data-shape='{part}']").first.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 3
     page.mouse.move(x, y)
     page.mouse.down()
     for k in range(40):
-        page.mouse.move(x + 4 * k, y)
+        page.mouse.move(x + 2 * k, y)
+        page.wait_for_timeout(50)
     page.mouse.up()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "part"), [("pump_on_tables", None, "discs.0"), ("rigid_rotor_self_acting", COARSE, "bearings.0")]
+)
+def test_a_drag_of_two_seconds_never_queues_more_than_one_computation_a_panel(desk_of, name, text, part):
+    """Each that begins is of the design asked for last, none is begun twice for one design or beside another."""
+    page = desk_of(name, text=text, hidden=SLOW, ready=False, program=(counted_desk.__file__,))
+    field(page, f"{part}.position").wait_for()
     settled(page)
-    assert float(field(page, "discs.0.position").input_value()) > 350
-    times = page.evaluate("window.deskTimes")
-    for name in {one["panel"] for one in times}:
-        assert len([one for one in times if one["panel"] == name]) <= 40
-    assert edits_of(page) == 1
+    page.lines.clear()
+    moved = float(field(page, f"{part}.position").input_value())
+    for count in (1, 2):
+        dragged(page, part)
+        until(page, lambda now, count=count: now == count, asked=edits_of)
+        if text:
+            until(page, lambda events: any(one[0] == "begin" and one[1] != "static" for one in events),
+                  asked=lambda page: counted_desk.read(page.lines))  # fmt: skip
+    settled(page)
+    assert float(field(page, f"{part}.position").input_value()) > moved
+    events = counted_desk.read(page.lines)
+    wanted, computing = ["-"], {}
+    for before, (event, panel, digest) in zip([None, *events], events, strict=False):
+        if event == "wanted":
+            wanted.append(digest)
+        elif event == "begin":
+            overtaken = before[0] == "wanted" and digest == wanted[-2]  # in the moment between look and begin
+            assert digest == wanted[-1] or overtaken, events
+            assert panel not in computing, events
+            computing[panel] = digest
+        else:
+            assert computing.pop(panel) == digest
+    assert not computing
+    begun = [one[1:] for one in events if one[0] == "begin"]
+    assert len(set(begun)) == len(begun) and {panel for panel, _ in begun} == set(PANELS) - set(SLOW)
+    assert len({digest for event, _, digest in events if event == "wanted"}) > 10  # the drag did ask
 
 
 def test_the_page_begins_empty_and_a_start_is_saved_as_a_machine(desk_of):
