@@ -65,9 +65,13 @@ def common_kernels(layout: Layout) -> Kernels:
 
 
 def linear_film(
-    model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float, kernels: Kernels
-) -> LinearFilm:
-    """Matrices at the steady state held in the workspace w (left as it is) for shaft speed `speed` [rad/s]."""
+    model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float, kernels: Kernels,
+    arms: np.ndarray | float = 1.0,
+) -> LinearFilm:  # fmt: skip
+    """Matrices at the steady state held in the workspace w (left as it is) for shaft speed `speed` [rad/s].
+
+    The force on the journal of every node counts with its `arms` (n,).
+    """
     w = w.copy()
     kernels.terms(w, ix, F, speed * model.grid.radius)
     index = cells(layout)
@@ -99,11 +103,12 @@ def linear_film(
     F_q = np.stack([read * film(layout.force_x), read * film(layout.force_y)])
     if layout.textured:
         F_q += np.stack([film(layout.push_x_by), film(layout.push_y_by)])
-    F_y = np.hstack([F_q, np.zeros((2, ni))])
+    F_y = np.hstack([arms * F_q, np.zeros((2, ni))])
     linear = LinearFilm(S, J, S_X, J_X, _inputs(layout, w, n), F_y)
     opening = area * film(layout.p) * film(layout.slope)
     if layout.foil:
-        linear = _on_foil(linear, opening, layout, w, F, speed * model.grid.radius, kernels)
+        fed = _fed_through_gap(layout, w, ix, F, index)
+        linear = _on_foil(linear, opening, fed, layout, w, F, speed * model.grid.radius, kernels)
     return _pushed(linear, w[layout.push + 2 : layout.push + 6].reshape(2, 2).T) if layout.textured else linear
 
 
@@ -117,18 +122,22 @@ def _pushed(film: LinearFilm, push: np.ndarray) -> LinearFilm:
 
 
 def _on_foil(
-    film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndarray, F: Any, U: float, kernels: Kernels
+    film: LinearFilm, opening: np.ndarray, fed: Any, layout: Layout, w: np.ndarray, F: Any, U: float, kernels: Kernels
 ) -> LinearFilm:
     """The film with the foil's deflection, one more state a node where the foil has losses.
 
     Without storage J has the foil at rest under the pressure. With J_w the derivative after the gap, a film whose foil
     moves has S q' + M w' + (J - J_w R) q + J_w w = 0 and tau w' + w = R q, with R = dw/dq at rest and M, `opening`,
-    what a gap that opens takes; w' is put in from the second, so that S stays diagonal.
+    what a gap that opens takes; w' is put in from the second, so that S stays diagonal. `fed` is the injectors' part
+    of J_w, which J lacks.
     """
     if layout.strips:
-        return _on_strips(film, opening, layout, w, float(F["bend_time"])) if F["strip"] > 0 else film
+        return _on_strips(film, opening, fed, layout, w, float(F["bend_time"])) if F["strip"] > 0 else film
     n, at = film.F_y.shape[1] - layout.n_inj, cells(layout)
     softness = (w[layout.soft + at] * 0.5 / w[layout.p + at]).ravel()
+    R = sparse.hstack([sparse.diags(softness), sparse.csc_matrix((n, layout.n_inj))])
+    if layout.n_inj:
+        film = replace(film, J=(film.J + fed @ R).tocsc())
     if not F["bend_time"] > 0:
         S = film.S.copy()
         S[:n] += opening * softness
@@ -136,7 +145,8 @@ def _on_foil(
     kernels.gap(w, F, U)
     ring = _ring_matrix(layout, w)
     J_w = ring[:, :n] - sparse.vstack([sparse.diags(opening), sparse.csc_matrix((layout.n_inj, n))]) / F["bend_time"]
-    R = sparse.hstack([sparse.diags(softness), sparse.csc_matrix((n, layout.n_inj))])
+    if layout.n_inj:
+        J_w += fed
     J = sparse.bmat([[film.J - J_w @ R, J_w], [-R, sparse.identity(n)]], format="csc")
 
     def below(rows: np.ndarray) -> np.ndarray:
@@ -150,7 +160,9 @@ def _on_foil(
     return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), F_y)
 
 
-def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndarray, time: float) -> LinearFilm:
+def _on_strips(
+    film: LinearFilm, opening: np.ndarray, fed: Any, layout: Layout, w: np.ndarray, time: float
+) -> LinearFilm:
     """The film with the deflection w of every strip, a state of its own where the foil has losses.
 
     S q' + M w' + J q + J_w w = 0 and tau w' + w = R q, with M what a strip that moves takes, is written for
@@ -164,6 +176,8 @@ def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndar
     for array, aside in ((layout.by_own, 0), (layout.by_before, -1), (layout.by_behind, 1)):
         columns = (strip + aside) % lines
         J_w += sparse.csc_matrix((w[array + at].ravel(), (number.ravel(), columns.ravel())), J_w.shape)
+    if layout.n_inj:
+        J_w += fed @ sparse.csc_matrix((np.ones(n), (number.ravel(), strip.ravel())), (n, lines))
     G = sparse.csc_matrix((opening / film.S[:n], (number.ravel(), strip.ravel())), J_w.shape)
     J_w, whole, F_w = J_w - film.J @ G, 1 + (R @ G).diagonal(), -film.F_y @ G
     if layout.textured:
@@ -180,6 +194,21 @@ def _on_strips(film: LinearFilm, opening: np.ndarray, layout: Layout, w: np.ndar
     return LinearFilm(S, J, below(film.S_X), below(film.J_X), below(film.J_u), np.hstack([film.F_y, F_w]))
 
 
+def _fed_through_gap(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index: np.ndarray) -> Any:
+    """Derivative (n + n_inj, n) of the balances after the gap at every node, of the injectors' flows alone."""
+    position = {int(cell): k for k, cell in enumerate(index.ravel())}
+    found = sparse.lil_matrix((index.size + layout.n_inj, index.size))
+    for k in range(layout.n_inj):
+        sources = range(ix[layout.source_start + k], ix[layout.source_start + k + 1])
+        places = [position[int(ix[layout.source_cell + s])] for s in sources]
+        weights = w[layout.source_weight + np.array(sources)]
+        flow = w[layout.film_h + k] * (1 + layout.half) * weights
+        found[index.size + k, places] = flow
+        for place, share in zip(places, weights, strict=True):
+            found[place, places] = -float(F["source"]) * share * flow
+    return found.tocsc()
+
+
 def tilted_film(
     model: FilmModel, layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, speed: float, kernels: Kernels
 ) -> LinearFilm:
@@ -191,8 +220,8 @@ def tilted_film(
     """
     if model.sleeve.steps or model.sleeve.jumps:
         raise FilmError("tilt: takes a film without pockets and jumps; give it another sleeve", argument="sleeve")
-    film = linear_film(model, layout, w, ix, F, speed, kernels)
     at, half, whole = cells(layout), model.grid.length / 2, not model.grid.half
+    film = linear_film(model, layout if whole else layout._replace(n_inj=0), w, ix, F, speed, kernels)
     n = at.size
     z = np.broadcast_to(model.grid.dz * (whole + np.arange(layout.n_rows)) - whole * half, at.shape)
     beyond = z * whole  # of what changes a balance besides the nodes: edges and injectors
@@ -212,10 +241,14 @@ def tilted_film(
     arms[:n, 0], arms[n : n + len(injectors), 0] = z.ravel(), injectors
     push[:n] = z.ravel()
     if layout.foil and not layout.strips:
-        push[n:] = np.resize(z, size - n)
+        last = n + layout.n_inj * whole
+        push[last:] = np.resize(z, size - last)
     J_X[n:] = arms[n:] * film.J_X[n:size]
     J_X[:n] = ring @ (z.reshape(-1, 1) * closes) + beyond.reshape(-1, 1) * (film.J_X[:n] - ring @ closes)
-    tilted = LinearFilm(film.S, film.J, arms * film.S_X[:size], J_X, np.zeros((size, 1)), film.F_y * push)
+    F_y = film.F_y * push
+    if whole and layout.strips and layout.n_inj:  # a strip moves nodes of every z, unevenly about orifices
+        F_y = linear_film(model, layout, w, ix, F, speed, kernels, z.ravel()).F_y
+    tilted = LinearFilm(film.S, film.J, arms * film.S_X[:size], J_X, np.zeros((size, 1)), F_y)
     return tilted if whole else _odd(tilted, layout.n_rows)
 
 

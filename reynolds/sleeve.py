@@ -21,7 +21,10 @@ Strips of bumps along the axis bend by the mean pressure along them, as Heshmat 
 Where the mean is below ambient the foil has lifted off: ambient pressure is on both sides of it, and the film there
 does not act on the journal.
 
-Cites: heshmat_1983.
+An orifice in a foil ends in its top sheet and moves with it: its curtain is as high as the film over the bent foil
+(Kumar & Kim 2008). The hole takes no stiffness from the foil, nor does the tube that feeds it give any.
+
+Cites: heshmat_1983, kumar_2008.
 """
 
 from __future__ import annotations
@@ -222,7 +225,6 @@ class Foil(SleeveForm):
     0.0001
     """
 
-    fed = False
     bumps: Literal["points", "strips"] = field(
         default="points", kw_only=True,
         metadata={"doc": "'points' follow the pressure on them both ways, 'strips' its axial mean, and only push."},

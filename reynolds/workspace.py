@@ -64,7 +64,7 @@ class FilmModel:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
         if self.injectors and self.sleeve.closed:
             raise FilmError(
-                "injectors: a film with a foil or with grooves takes none; remove the ones or the others",
+                "injectors: a film with grooves takes none; remove the ones or the others",
                 argument="injectors",
             )
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):

@@ -89,8 +89,8 @@ OPEN = "not looked at"
 """Verdict of one that is not known to be kept."""
 CHANGED = 1e-3
 """Relative change of a value by which a slope is measured."""
-SPEEDS = re.compile(r"\d+ rpm")
-"""Speed in the name of a requirement."""
+SPEEDS = re.compile(r"\d+ rpm|, (no|one|\d+) nodes?$")
+"""Speed and shape of a mode in the name of a requirement."""
 STANDARD_GRAVITY = 9.80665
 """Acceleration [m/s^2]."""
 
@@ -112,6 +112,11 @@ class CriticalSpeed:
     peak: HalfPower | None = None
     place: str = ""
     driven_by: str = ""
+
+    @property
+    def shape(self) -> str:
+        """Number of nodes of the line, in words."""
+        return {0: "no node", 1: "one node"}.get(len(self.nodes), f"{len(self.nodes)} nodes")
 
     @property
     def decrement(self) -> float:
@@ -299,7 +304,7 @@ def design_review(
     at = np.unique([*np.linspace(0.0, high, STEPS + 1), *np.linspace(high, BEYOND * high, FURTHER + 1), low])
     found = modes_over_speed(plant, at, pressure, FIRST, (1,))
     loads = static_loads(plant)
-    modes = [_critical(plant, *one) for one in _crossed(found)]
+    modes = critical_lines(plant, found)
     cases = _cases(plant, modes, loads, high)
     probes = _probes(plant)
     places = _looked(plant, probes)
@@ -457,6 +462,11 @@ def _resting(plant: Plant, gravity: float) -> StaticResult:
     points = [p for p in mesh.constant.point_mass_elements if p.n < len(mesh.nodes)]
     rotor = replace(mesh.constant, bearing_elements=held, point_mass_elements=points)
     return run_static(rotor, gravity)
+
+
+def critical_lines(plant: Plant, found: ModesOverSpeed) -> list[CriticalSpeed]:
+    """Every crossing of 1X with its deflected line, in the order of `found.crossings`."""
+    return [_critical(plant, *one) for one in _crossed(found)]
 
 
 def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
@@ -820,8 +830,8 @@ def _margin_checks(r: DesignReview) -> Iterator[DesignCheck]:
         elif mode.peak is None:
             how = "1/(2 zeta): no response is steady there, a mode grows"
         name = "critical speed" if mode.peak is None else "peak"
-        yield DesignCheck(f"Separation margin of the {name} at {at * TO_RPM:.0f} rpm, {mode.whirl}", "at least", asked,
-                          found, "%", verdict, "margin", "",
+        name = f"Separation margin of the {name} at {at * TO_RPM:.0f} rpm, {mode.whirl}, {mode.shape}"
+        yield DesignCheck(name, "at least", asked, found, "%", verdict, "margin", "",
                           f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
     if not asking:
         known = "no critical speed needs a margin" if r.criticals else "no mode crosses 1X"

@@ -44,7 +44,7 @@ class Optimisation:
     """Path of a search: `data` has parameters in their units, quantities [SI] and `kept` over the step.
 
     `best` is the number of the best step that keeps every limit, None where none does; `confirmed` the relative
-    difference of its followed speeds to a whole search.
+    difference of its followed speeds to a whole search, `modes` the critical speeds of the first machine in words.
     """
 
     data: xr.Dataset
@@ -53,6 +53,7 @@ class Optimisation:
     requirements: tuple[Requirement, ...]
     best: int | None
     confirmed: dict[str, float]
+    modes: dict[str, str] = field(default_factory=dict)
 
     @property
     def machine(self) -> dict[str, str]:
@@ -262,5 +263,5 @@ def _result(
         confirmed = tolerances.compared(search.rows[best], tolerances.whole_row(search.task, own))
     return Optimisation(
         xr.Dataset(columns, attrs=plant.provenance() | {"kind": "optimisation"}), name, largest, requirements, best,
-        confirmed,
+        confirmed, tolerances.modes_in_words(search.task),
     )  # fmt: skip

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from scipy.stats import binomtest, norm, qmc, rankdata
 from fe_shaft.pencil import Modes
 from fe_shaft.spectrum import refined
 from rotorsim.analysis.campbell import highest_speed
+from rotorsim.analysis.design_review import critical_lines
 from rotorsim.analysis.modes_over_speed import modes_over_speed
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.sweep_definition import QUANTITIES, Analysis, SweepQuantity, read_quantities
@@ -220,6 +221,20 @@ def quantity_of(name: str) -> SweepQuantity:
     return SweepQuantity(name, "rad/s", "rpm", TO_RPM, "highest", f"critical speed {name.rpartition('_')[2]}")
 
 
+def named_quantity(name: str, task: Task) -> SweepQuantity:
+    """Quantity of a name, a critical speed with the sense in which its mode whirls in the nominal machine."""
+    found = quantity_of(name)
+    whirl = next((one.whirl for one in task.followed if one.name == name), "")
+    return replace(found, meaning=f"{found.meaning}, {whirl}") if whirl else found
+
+
+def modes_in_words(task: Task) -> dict[str, str]:
+    """Every critical speed of the nominal machine in words: its sense, frequency and shape."""
+    return {
+        one.name: f"{one.whirl}, {one.speed / (2 * np.pi):.4g} Hz, {one.shape}" for one in task.followed if one.shape
+    }
+
+
 def unit_of(name: str) -> str:
     """SI unit of a quantity."""
     return quantity_of(name).unit
@@ -245,12 +260,14 @@ class Equilibria:
 
 @dataclass(frozen=True, eq=False)
 class FollowedSpeed:
-    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode."""
+    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode; its sense, shape."""
 
     name: str
     speed: float
     slope: float
     mode: Modes
+    whirl: str = ""
+    shape: str = ""
 
     def measure(self, modes: Modes, speed: float) -> float:
         """Function g whose zero is the speed: |s| less the speed, or the damping ratio."""
@@ -278,10 +295,11 @@ def followed_speeds(plant: Plant, pressure: float, highest: float, what: Sequenc
     """The critical speeds of 1X and the onset of the nominal machine up to a speed [rad/s], as far as asked for."""
     found = []
     if CRITICALS in what:
-        every = modes_over_speed(plant, [0.0, highest], pressure, orders=(1,)).crossings
-        inside = [one for one in every if 0 < one.at <= highest]
-        for k, one in enumerate(sorted(inside, key=lambda one: one.at), 1):
-            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes)))
+        every = modes_over_speed(plant, [0.0, highest], pressure, orders=(1,))
+        lines = zip(every.crossings, critical_lines(plant, every), strict=True)
+        inside = [(one, line) for one, line in lines if 0 < one.at <= highest]
+        for k, (one, line) in enumerate(sorted(inside, key=lambda pair: pair[0].at), 1):
+            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes), line.whirl, line.shape))
     if "onset" in what:
         onset, frequency, _ = stability_limit(plant, pressure, highest)
         if np.isfinite(onset) and frequency:
@@ -396,7 +414,7 @@ class RandomResult:
     """Random machines: `data` has the values that vary, in their units, and quantities [SI], over the sample.
 
     `nominal` holds the quantities of the nominal machine, `confirmed` the largest relative difference of followed
-    quantities to those of whole searches.
+    quantities to those of whole searches, `modes` the nominal machine's critical speeds in words.
     """
 
     data: xr.Dataset
@@ -405,6 +423,7 @@ class RandomResult:
     requirements: tuple[Requirement, ...]
     nominal: dict[str, float]
     confirmed: dict[str, float]
+    modes: dict[str, str] = field(default_factory=dict)
 
     def distribution(self, name: str) -> dict[str, float]:
         """Mean, standard deviation, 5, 50 and 95 % of a quantity in its shown unit, and two counts.
@@ -670,11 +689,12 @@ def _result(
         one.path: ("sample", values[:, k], {"units": one.unit or "1", "long_name": one.path})
         for k, one in enumerate(variations)
     }
-    quantities = tuple(quantity_of(name) for name in dict.fromkeys(names))
+    quantities = tuple(named_quantity(name, task) for name in dict.fromkeys(names))
     for q in quantities:
         label = {"units": q.unit, "long_name": q.meaning}
         columns[q.name] = ("sample", np.array([row.get(q.name, np.nan) for row in rows]), label)
     centre = [tuple(one.text(one.centre) for one in variations)]
     nominal = _rows(task, centre, [[one.speed for one in task.followed]])[0]
     attrs = plant.provenance() | {"kind": "random", "pressure": task.pressure, "highest_speed": task.highest}
-    return RandomResult(xr.Dataset(columns, attrs=attrs), variations, quantities, requirements, nominal, confirmed)
+    data = xr.Dataset(columns, attrs=attrs)
+    return RandomResult(data, variations, quantities, requirements, nominal, confirmed, modes_in_words(task))

@@ -520,7 +520,8 @@ def _scatter(case: DesignCase) -> Plain:
     found, rows = case.scatter, []
     for one in found.quantities:
         d, (shares, _) = found.distribution(one.name), found.shares(one.name)
-        rows.append((one.heading, d["nominal"], d["5 %"], d["95 %"], max(shares, key=lambda path: shares[path])))
+        most = max(shares, key=lambda path: shares[path])
+        rows.append((f"{one.meaning} [{one.shown}]", d["nominal"], d["5 %"], d["95 %"], most))
     return {
         "heads": ["quantity", "nominal", "5 % are below", "5 % are above", "most scatter by"],
         "rows": [cells(row) for row in rows],

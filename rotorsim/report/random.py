@@ -23,7 +23,7 @@ MOST_ROWS = 400
 @page_of(RandomResult)
 def random_page(result: RandomResult) -> Page:
     """Page of random machines."""
-    attrs, names = result.data.attrs, [q.name for q in result.quantities]
+    attrs = result.data.attrs
     spread = (
         "quantity",
         "nominal",
@@ -35,8 +35,8 @@ def random_page(result: RandomResult) -> Page:
         "not known",
         "above the highest",
     )
-    rows = [(f"{quantity_of(n).meaning} [{quantity_of(n).shown}]", *map(_number, result.distribution(n).values()))
-            for n in names]  # fmt: skip
+    rows = [(f"{q.meaning} [{q.shown}]", *map(_number, result.distribution(q.name).values()))
+            for q in result.quantities]  # fmt: skip
     laws = {True: "normal, 2 sigma", False: "uniform"}
     varied = [(v.path, f"{v.centre:.6g} {v.unit}", f"{v.half:.4g} {v.unit}", laws[v.normal])
               for v in result.variations]  # fmt: skip
@@ -75,9 +75,14 @@ def confirmed(result: RandomResult) -> str:
 
 def miss_rows(result: RandomResult) -> list[tuple[str, str, str, str, str]]:
     """Requirement, machines that miss it, those not known, probability and interval."""
-    found = [(one.text, result.misses(one)) for one in result.requirements]
+    found = [(in_words(one, result.modes), result.misses(one)) for one in result.requirements]
     return [(text, str(k), str(unknown), f"{100 * p:.3g} %", f"{100 * low:.3g} to {100 * high:.3g} %")
             for text, (k, unknown, p, low, high) in found]  # fmt: skip
+
+
+def in_words(one: Requirement, modes: dict[str, str]) -> str:
+    """A requirement as it was given; of a critical speed with the nominal mode that has it."""
+    return f"{one.text} ({modes[one.quantity]})" if one.quantity in modes else one.text
 
 
 def share_rows(result: RandomResult) -> list[tuple[str, str, str, str]]:
@@ -152,8 +157,9 @@ def optimisation_page(result: Optimisation) -> Page:
     """Page of a search: the best machine, the path and its steps."""
     heads, rows = result.table()
     quantity_ = quantity_of(result.objective)
-    aim = f"{'Largest' if result.largest else 'Smallest'} {quantity_.meaning}"
-    limits = "; ".join(one.text for one in result.requirements) or "none"
+    mode = f" ({result.modes[result.objective]})" if result.objective in result.modes else ""
+    aim = f"{'Largest' if result.largest else 'Smallest'} {quantity_.meaning}{mode}"
+    limits = "; ".join(in_words(one, result.modes) for one in result.requirements) or "none"
     best = list(result.machine.items())
     text = "" if best else "No step keeps every limit."
     if result.best is not None:

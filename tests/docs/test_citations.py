@@ -15,7 +15,7 @@ from rotorsim.cli import main
 from rotorsim.effects import REGISTRY
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies", "tests/support")
+PACKAGES = ("reynolds", "fe_shaft", "identification", "rotorsim", "fmu", "studies", "tests/support", "tests/fe_shaft")
 SOURCES = {p: p.read_text(encoding="utf-8") for room in PACKAGES for p in sorted((ROOT / room).rglob("*.py"))}
 EFFECTS = [effect for effect in REGISTRY.values() if effect.__module__.startswith("rotorsim.effects.")]
 

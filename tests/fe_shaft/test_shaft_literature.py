@@ -1,7 +1,10 @@
-"""Published examples: Friswell et al. (2010), 5.9 and 6.9, Nelson & McVaugh (1976), Ward (1913), the program RAPPID.
+"""Published examples: Friswell et al. (2010), 5.9 and 6.9, Nelson & McVaugh (1976), Ward (1913), the program RAPPID,
+measured frequencies of a rotor on leaf springs (Santos 2017).
 
 Nelson & McVaugh's tables stand in ANSYS' verification manual too, as VM247 (equal bearings) and VM254 (coupled ones);
 their input files say what the paper's table of stations leaves open: the shaft ends at 35.5 cm.
+
+Cites: friswell_2010, nelson_1976, santos_2017.
 """
 
 from itertools import pairwise
@@ -175,3 +178,32 @@ def test_a_cone_that_is_clamped_at_its_base_has_the_frequencies_of_ward():
     rotor = Rotor(shaft, [], [BearingElement(0, 1.0, 0.0)])
     wn = np.sqrt(eigh(rotor.K()[4:, 4:], rotor.M()[4:, 4:], eigvals_only=True)[:10:2])
     assert wn / (base / 2 / L**2 * np.sqrt(E / rho)) == pytest.approx(exact, rel=3e-4)
+
+
+MEASURED = {"x": [13.0, 33.6, 43.0], "y": [14.9, 46.0]}
+"""Frequencies [Hz] at rest, horizontal and vertical."""
+
+
+def test_a_rotor_whose_bearing_housings_stand_on_leaf_springs_has_the_measured_frequencies():
+    """Santos (2017): shaft 435 mm x 5 mm, two aluminium discs, ball bearings in housings of .407 kg on two leaves each,
+    75 mm x 28.5 mm x 1 mm, clamped at both ends.
+
+    Four within 2 %. The lowest is 6.6 % high, which the springs do not explain: 30 % less stiffness lowers it by 2.7 %
+    and the next horizontal one by 13 %.
+    """
+    material, width, thick, long = Material("steel", rho=7800.0, E=2e11, Poisson=0.3), 28.5e-3, 1e-3, 75e-3
+    soft, stiff = 2 * 2e11 * width * thick**3 / long**3, 2 * 2e11 * width * thick / long
+    mass = 2770 * np.pi * 0.06**2 * 0.011
+    Id = mass * (0.06**2 / 4 + 0.011**2 / 12)
+    lengths = [0.140 / 3] * 3 + [0.205 / 6] * 6 + [0.090 / 3] * 3
+    rotor = Rotor(
+        [ShaftElement(one, 0.0, 0.005, material=material) for one in lengths],
+        [DiskElement(n, mass, Id, mass * 0.06**2 / 2) for n in (3, 9)],
+        [BearingElement(n, soft, 0.0, kyy=stiff, mxx=0.40698, myy=0.40698) for n in (0, 12)],
+    )
+    modes = rotor.run_modal(0.0)
+    for axis, measured in enumerate(MEASURED.values()):
+        along = np.abs(modes.shapes[axis::4]).max(axis=0) > 0.5 * np.abs(modes.shapes).max(axis=0)
+        found = modes.wn[along][: len(measured)] / HZ
+        assert found == pytest.approx(measured, rel=0.07)
+        assert found[1 - axis :] == pytest.approx(measured[1 - axis :], rel=0.02)

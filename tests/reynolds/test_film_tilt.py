@@ -67,6 +67,13 @@ FILMS = {
         R, L, C, n_theta=32, n_z=8, symmetric=False, sleeve=Sleeve(foil=Foil(2e10, 0.3, bumps="strips"))
     ),
     "orifices": GasBearing(R, L, C, n_theta=32, n_z=8, symmetric=False, injectors=ORIFICES),
+    "foil with orifices": GasBearing(
+        R, L, C, n_theta=32, n_z=8, symmetric=False, injectors=ORIFICES, sleeve=Sleeve(foil=Foil(5e10, 0.3))
+    ),
+    "strips with orifices": GasBearing(
+        R, L, C, n_theta=32, n_z=8, symmetric=False, injectors=ORIFICES,
+        sleeve=Sleeve(foil=Foil(5e10, 0.3, bumps="strips")),
+    ),
 }  # fmt: skip
 
 
@@ -94,12 +101,12 @@ def test_static_stiffness_is_the_derivative_of_the_moment(name):
         np.testing.assert_allclose(K[:, axis], slope, atol=2e-5 * np.abs(K).max())
 
 
-@pytest.mark.parametrize("name", ["plain", "slip and lobes", "herringbone", "foil", "strips", "injectors"])
+@pytest.mark.parametrize("name", ["plain", "slip and lobes", "herringbone", "foil", "strips", "injectors", "fed foil"])
 def test_a_half_film_has_the_moment_of_the_whole(name):
     """A part that is odd in z leaves the midplane, injectors there and strips alone."""
     midplane = tuple(Injector(angle) for angle in np.arange(4) * np.pi / 2)
-    film = FILMS["plain"] if name == "injectors" else FILMS[name]
-    film = replace(film, injectors=midplane) if name == "injectors" else film
+    film = FILMS[{"injectors": "plain", "fed foil": "foil"}.get(name, name)]
+    film = replace(film, injectors=midplane) if name in ("injectors", "fed foil") else film
     for omega in (0.0, 2000.0):
         whole, half = (
             replace(film, symmetric=way).tilt_coefficients(JOURNAL, SPEED, omega, 0.2e6 if film.injectors else 0.0)

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 from refusals import refused
-from reynolds import FilmError, GasBearing
+from reynolds import FilmError, GasBearing, Injector
 from reynolds.grid import cells
 from reynolds.sleeve import Foil, Grooves, Lobes, Sleeve, Steps
 
@@ -67,6 +67,64 @@ def test_the_dynamic_stiffness_is_that_of_a_small_vibration(name):
     expected = answer.K[0, :, 0] + 1j * omega * answer.C[0, :, 0]
     np.testing.assert_allclose(Z, expected, atol=2e-3 * np.abs(expected).max())
     assert march.mass_defect < 1e-9
+
+
+HOLES = tuple(
+    Injector(angle, orifice_diameter=0.3e-3, open_area=5e-8, curtain_discharge=0.8, plenum_volume=1e-11)
+    for angle in np.arange(8) * np.pi / 4
+)
+SUPPLY = 0.3e6
+FED = {
+    "foil": Foil(2e10),
+    "foil with loss": Foil(2e10, 0.3),
+    "strips": Foil(1e10, bumps="strips"),
+    "strips with loss": Foil(1e10, 0.3, bumps="strips"),
+}
+"""Foils with orifices in them, which the film of 20 um bends by some 8 um."""
+
+
+@pytest.mark.parametrize("bumps", ["points", "strips"])
+def test_a_fed_foil_tends_to_the_fed_sleeve_with_its_compliance(bumps):
+    """Force and flow differ by a share that is inverse to the stiffness: 7e-5 at 1e14 Pa/m."""
+    plain = bearing(injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY)
+    off = []
+    for stiffness in (1e13, 1e14, 1e15):
+        foil = bearing(Sleeve(foil=Foil(stiffness, bumps=bumps)), injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY)
+        force = np.linalg.norm(foil.force - plain.force) / np.linalg.norm(plain.force)
+        off.append((force, foil.mass_flow.sum() / plain.mass_flow.sum() - 1))
+    for more, less in pairwise(np.array(off)):
+        np.testing.assert_allclose(more / less, 10.0, rtol=2e-2)
+    assert 1e-5 < off[1][0] < 1e-4
+
+
+@pytest.mark.parametrize("name", FED)
+def test_what_feeds_a_foil_leaves_at_its_edges_and_its_stiffness_is_that_of_the_steady_force(name):
+    """The curtain of an orifice in a foil grows as the pressure bends it, by a tenth of the flow and more."""
+    one = bearing(Sleeve(foil=FED[name]), injectors=HOLES)
+    film = one.steady(JOURNAL, SPEED, SUPPLY)
+    assert film.edge_flow == pytest.approx(film.mass_flow.sum(), rel=1e-10)
+    assert film.mass_flow.sum() > 1.1 * bearing(injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY).mass_flow.sum()
+    K = one.coefficients(JOURNAL, SPEED, supply_pressure=SUPPLY).K[0]
+    step, moved = 5e-9, np.zeros((2, 2))
+    for axis, e in enumerate(np.eye(2) * step):
+        ahead, behind = (one.steady(JOURNAL + sign * e, SPEED, SUPPLY).force for sign in (1, -1))
+        moved[:, axis] = -(ahead - behind) / (2 * step)
+    np.testing.assert_allclose(K, moved, atol=1e-6 * np.abs(K).max())
+
+
+@pytest.mark.parametrize("name", ["foil with loss", "strips with loss"])
+def test_a_fed_foil_answers_a_small_vibration_as_its_dynamic_stiffness_and_keeps_its_mass(name):
+    one, omega, amplitude, steps = bearing(Sleeve(foil=FED[name]), 16, 8, injectors=HOLES), 2 * np.pi * 300, 20e-9, 80
+    answer, period = one.coefficients(JOURNAL, SPEED, omega, SUPPLY), 2 * np.pi / omega
+    march = one.march(
+        lambda t: (JOURNAL[0] + amplitude * np.sin(omega * t), JOURNAL[1]), 4 * period, period / steps, SPEED, SUPPLY,
+        tolerance=1e-12,
+    )  # fmt: skip
+    phase = np.exp(-1j * omega * march.time[-steps:])
+    Z = -(march.force[-steps:] * phase[:, None]).sum(axis=0) * 2 / steps / amplitude * 1j
+    expected = answer.K[0, :, 0] + 1j * omega * answer.C[0, :, 0]
+    np.testing.assert_allclose(Z, expected, atol=1e-3 * np.abs(expected).max())
+    assert march.mass_defect < 1e-12
 
 
 @pytest.mark.parametrize("name", ["lobes", "steps", "grooves", "foil", "strips"])
@@ -364,12 +422,10 @@ def test_fast_films_agree_with_the_independent_solver(given, number):
 
 
 def test_forms_that_do_not_fit_are_refused():
-    from reynolds import Injector
-
     with pytest.raises(FilmError, match="lobes: count must be at least 1"):
         Lobes(0, 0.5)
     injector = Injector(angle=0.0, open_area=1e-8, orifice_diameter=1e-3, curtain_discharge=0.8, plenum_volume=1e-9)
     with refused(FilmError, "injectors"):
-        bearing(Sleeve(foil=FOIL), injectors=(injector,)).steady()
+        bearing(FORMS["grooves"], injectors=(injector,)).steady()
     with pytest.raises(FilmError, match="a spiral is not symmetric"):
         bearing(FORMS["spiral"], symmetric=True).steady()
