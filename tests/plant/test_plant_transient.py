@@ -131,20 +131,23 @@ def test_a_step_on_an_eleven_micron_orbit_is_cheap_and_accurate(rig, held):
 
 @pytest.mark.parametrize(("unbalance", "speed", "pressure"), [(None, 2200.0, 0.3e6), (300, 700.0, 0.1e6)])
 def test_stages_far_from_their_starting_values_take_few_corrections_and_factors(rig, held, unbalance, speed, pressure):
-    """A whirl and a rub of the rig, steps of .1 ms: at most 4 corrections and 1.25 factorisations a stage.
+    """A whirl and a rub of the rig, steps of .1 ms: at most 3.5 corrections and .7 factorisations a stage.
 
-    Measured 3.2 and 3.5 with 1.1 each; 7.1 and 7.6 where stages begin with cubics in time, old factors and journals in
-    contact where the last stage left them.
+    Measured 3.1 and 3.0 with .6 each; 3.2 and 3.5 with 1.1 where pressures are extrapolated in place of masses and rows
+    are scaled by h^3.
     """
     samples = 1000
     run = rig({"effects.unbalance.me": f"{unbalance} g*mm"} if unbalance else {}, n_z=16, dt=1e-4).start(
         speed, pressure
     )
-    run.advance(held(samples, speed, pressure))
+    inputs = held(samples, speed, pressure)
+    inputs[:10, 4] = 20.0  # off an equilibrium that it would not leave
+    run.advance(inputs)
     before = run.counters
-    run.advance(held(samples, speed, pressure))
-    assert run.counters["iterations"] - before["iterations"] <= 4 * 4 * samples
-    assert run.counters["factorisations"] - before["factorisations"] <= 1.25 * 4 * samples
+    table = run.advance(held(samples, speed, pressure))
+    assert np.ptp(table[:, 2]) > 40e-6
+    assert run.counters["iterations"] - before["iterations"] <= 3.5 * 4 * samples
+    assert run.counters["factorisations"] - before["factorisations"] <= 0.7 * 4 * samples
 
 
 def one_step(K, C, start, dt):
