@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from reynolds.transient import STAGE, TO_MID
+from reynolds.film import thickness
+from reynolds.grid import cells
+from reynolds.transient import GAMMA, MASSES, STAGE, TO_MID, gas_spring
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -148,6 +150,34 @@ def test_stages_far_from_their_starting_values_take_few_corrections_and_factors(
     assert np.ptp(table[:, 2]) > 40e-6
     assert run.counters["iterations"] - before["iterations"] <= 3.5 * 4 * samples
     assert run.counters["factorisations"] - before["factorisations"] <= 0.7 * 4 * samples
+
+
+def test_masses_are_carried_on_as_parabolas_in_time():
+    """Weights of the two stages against a parabola through the masses that a step has: exact to round-off."""
+    weights = np.reshape(MASSES, (2, 3, 3))
+    for stage, (target, nodes) in enumerate([(GAMMA, (0.0, GAMMA - 1.0, -1.0)), (1.0, (GAMMA, 0.0, -1.0))]):
+        for order in range(3):
+            powers = np.power.outer(np.array(nodes), np.arange(order + 1.0))
+            assert weights[stage, order] @ powers == pytest.approx(target ** np.arange(order + 1.0), abs=1e-14)
+
+
+def test_the_gas_spring_is_the_slope_of_the_force_at_a_fixed_mass(rig):
+    """Against central differences of 1 nm of the force of p h / h(X), on a journal at .4 of the clearance."""
+    a = (run := rig(n_z=16).start(300.0, 0.3e6)).assembly
+    L, w, F = a.film, run.w.copy(), a.parameters["film_0"]
+    w[L.journal : L.journal + 2] = 8e-6, -6e-6
+    thickness(w, F, L)
+    k = cells(L)
+    mass, spring = w[L.p + k] * w[L.h + k], np.array(gas_spring(w, F, L)).reshape(2, 2)
+    for axis in range(2):
+        forces = []
+        for nudge in (1e-9, -1e-9):
+            w[L.journal : L.journal + 2] = 8e-6, -6e-6
+            w[L.journal + axis] += nudge
+            thickness(w, F, L)
+            p = mass / w[L.h + k]
+            forces.append([(w[side + k] * p).sum() for side in (L.force_x, L.force_y)])
+        assert np.subtract(*forces) / 2e-9 == pytest.approx(spring[axis], rel=1e-6)
 
 
 def one_step(K, C, start, dt):
