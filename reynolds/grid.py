@@ -26,7 +26,7 @@ JUMP, KINK = 1e-12, 1e-9
 FILM_ARRAYS = (
     "cos", "sin", "weight", "per_weight", "link", "form", "clearance", "p", "h", "flow_t", "flow_z", "r", "m_rhs",
     "h_frozen", "p_frozen", "diag", "west", "east", "down", "up", "dh", "slope", "two_p",
-    "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3",
+    "m_old", "rate", "m_mid", "dp", "force_x", "force_y", "p_1", "p_2", "p_3", "m_before", "scale",
 )  # fmt: skip
 FOIL_ARRAYS = ("soft", "bend", "bend_rhs", "bend_old", "bend_rate", "bend_mid")
 STRIP_ARRAYS = ("strip_reads", "by_before", "by_own", "by_behind", "whole_x", "whole_y")
@@ -38,7 +38,7 @@ TEXTURE_ARRAYS = ("depth", "share", "cos_squared", "sin_cos", "deep", "broad", "
 INJECTOR_ARRAYS = ("plenum", "plenum_rhs", "pin_conductance", "supply", "curtain", "capacity", "pin_flow", "film_flow",
                    "gain_q", "gain_h", "defect", "shift", "pull_q", "pull_h", "pin_p", "film_p", "film_q", "film_h",
                    "inj_cos", "inj_sin", "outward", "beta", "plenum_old", "plenum_rate", "plenum_mid", "plenum_1",
-                   "plenum_2", "plenum_3", "local_p", "local_h")  # fmt: skip
+                   "plenum_2", "plenum_3", "local_p", "local_h", "reading")  # fmt: skip
 NOZZLE_TERMS = 16
 PLACE = 5
 """Numbers of a place where the gap is smallest, in w[places]: distance of the sleeve from its centre, reach of the
@@ -109,6 +109,8 @@ class Layout(NamedTuple):
     p_1: int
     p_2: int
     p_3: int
+    m_before: int
+    scale: int
     soft: int
     bend: int
     bend_rhs: int
@@ -191,6 +193,7 @@ class Layout(NamedTuple):
     plenum_3: int
     local_p: int
     local_h: int
+    reading: int
     nozzle: int
     source_weight: int
     reader_weight: int

@@ -11,6 +11,11 @@ that are left of their borders without the injectors meet in one small system. R
 frozen thickness h_0 and the unknown is q = p^2: the film's stiffness in these
 variables hardly depends on where the journal is, so one factorisation lasts for hundreds of steps.
 
+Where polynomials in time miss a stage by far, a thin gap moves round the sleeve, and storage and shear, which do not
+grow with h^3, hold its cells: rows are scaled by their diagonals, those of the factors over those at present. The flow
+of an injector whose plenum is at the film's pressure is a root of their difference: the chord to where the correction
+leads takes the place of the tangent.
+
 Cites: golub_2013, kelley_1998.
 """
 
@@ -22,6 +27,7 @@ from numpy import float32
 
 from reynolds.differences import gap_derivative, gap_jacobian, numerical_jacobian
 from reynolds.film import force_of, thickness_slope, wrap
+from reynolds.injector import nozzle, nozzle_table
 from reynolds.jit import inlined, kernel
 from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
 from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
@@ -34,10 +40,16 @@ SURPRISE, FRESH = 6, 7
 LIMIT, CUT, LEFT, OVERRUNS = 8, 9, 10, 11
 """Places in w[convergence] for bounded work: count at which a stage ends (0: never), error of a stage that ended so
 (0: it did not), largest of them, and steps with such a stage."""
+DISTANT = 12
+"""Place in w[convergence] of whether the film's stage began far from its starting values."""
 PRICE = 10.0
 """Corrections that take as long as new factors."""
 FAR = 0.03
-"""First correction above which starting values are linear in time and every stage has factors of its own."""
+"""First correction above which starting values are carried masses and every step has factors of its own."""
+CHORDS = 2
+"""Most solutions of the small system with chords of the injectors' flows."""
+BENT = 0.01
+"""Share by which chord and tangent of a flow differ from which on the chord is taken."""
 MAX_AGE = 48
 NEAR = 0.1
 """Correction above which factors of the present state would not last to the answer."""
@@ -87,6 +99,7 @@ def refresh(w, ix, F, L, U, iadt):
     for k in range(L.length):
         w[L.h_frozen + k] = w[L.h + k]
         w[L.p_frozen + k] = w[L.p + k]
+        w[L.scale + k] = 1.0
     spike_rhs(w, L)
     for border in range(L.n_border):
         border_column(w, ix, F, L, U, iadt, border, L.border + border * L.length)
@@ -170,12 +183,14 @@ def border_column(w, ix, F, L, U, iadt, c, column):
 def flow_rows(w, ix, L):
     """Rows of the border system for the changes of the film flows, as scaled rows see them."""
     nb = L.n_border
+    distant = w[L.convergence + DISTANT] > 0.0
     for i in range(L.n_inj):
         cell = ix[L.source_cell + ix[L.source_start + i]]
         ratio = w[L.h + cell] / w[L.h_frozen + cell]
+        own = 1.0 / w[L.scale + cell] if distant else ratio * ratio * ratio
         for c in range(nb):
             w[L.small_matrix + c * nb + i] = -w[L.gain_q + i] * w[L.border_reader + i * nb + c]
-        w[L.small_matrix + i * nb + i] += ratio * ratio * ratio
+        w[L.small_matrix + i * nb + i] += own
 
 
 @inlined
@@ -213,6 +228,24 @@ def eliminate_small(w, matrix, x, n, number):
 
 
 @inlined
+def own_share(p, h, iadt, drag, cross, spread):
+    """Derivative of a cell's residual after its own q, were pressure p and gap h all around it."""
+    upwind = max(drag - p * h * h * cross, 0.0)
+    return 0.5 * h / p * (iadt + 2.0 * upwind) + spread * h * h * h
+
+
+@inlined
+def find_scales(w, F, L, U, iadt):
+    """Scales of the rows for a distant stage: their diagonals when the factors were made over those at present."""
+    drag = abs(U / (4.0 * F.dy))
+    cross = 1.0 / (12.0 * w[L.mu] * F.dy * F.dy)
+    spread = (1.0 / (F.dy * F.dy) + 1.0 / (F.dz * F.dz)) / (12.0 * w[L.mu])
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        then = own_share(w[L.p_frozen + k], w[L.h_frozen + k], iadt, drag, cross, spread)
+        w[L.scale + k] = then / own_share(w[L.p + k], w[L.h + k], iadt, drag, cross, spread)
+
+
+@inlined
 def scale_rows(w, L):
     """Turn r into the scaled right-hand side and fill two_p, which makes changes of p from those of q.
 
@@ -220,13 +253,14 @@ def scale_rows(w, L):
     almost to zero pressure, where steps in q would overshoot for ever.
     """
     careful = w[L.convergence + CAREFUL] > 0.0
+    distant = w[L.convergence + DISTANT] > 0.0
     for k in range(L.first, L.first + L.n_theta * L.stride):
         p, h = w[L.p + k], w[L.h + k]
         # of the precision of a correction: a quarter of the time of a division in full precision
         inverse = float(float32(1.0) / float32(p * h))
         ratio = w[L.h_frozen + k] * p * inverse
         w[L.two_p + k] = 0.5 * h * inverse
-        w[L.r + k] *= -(ratio * ratio * ratio)
+        w[L.r + k] *= -(w[L.scale + k] if distant else ratio * ratio * ratio)
     if careful:
         for k in range(L.first, L.first + L.n_theta * L.stride):
             w[L.two_p + k] = 0.5 / w[L.p_frozen + k]
@@ -234,25 +268,78 @@ def scale_rows(w, L):
 
 @inlined
 def read_ring(w, ix, L):
-    """Reactions of injectors and journal to the ring's solution in r: flows into w[small + n_border], and
-    the film force [N] with it."""
+    """Reactions of injectors and journal to the ring's solution in r: footprints into w[reading], and the film force
+    [N] with it."""
     for k in range(L.first, L.first + L.n_theta * L.stride):
         w[L.dp + k] = w[L.p + k] + w[L.r + k] * w[L.two_p + k]
     fx, fy = force_of(w, L, L.dp)
-    o = L.small + L.n_border
     for i in range(L.n_inj):
-        w[o + i] = w[L.defect + i] + w[L.gain_q + i] * read_footprint(w, ix, L, i, L.r)
+        w[L.reading + i] = read_footprint(w, ix, L, i, L.r)
     return fx, fy
 
 
 @inlined
-def solve_borders(w, ix, L):
+def bend_flows(w, L, iadt, flows, dx, dy):
+    """Chords of the injectors' flows to where the film flows from offset `flows` and the journal's move lead, in place
+    of tangents; returns whether they differ."""
+    table = nozzle_table(w, L.nozzle)
+    bent = False
+    for i in range(L.n_inj):
+        row = L.border_reader + i * L.n_border
+        dq = w[L.reading + i] + w[row + L.n_inj] * dx + w[row + L.n_inj + 1] * dy
+        for c in range(L.n_inj):
+            dq += w[row + c] * w[flows + c]
+        p, plenum, by_plenum, by_q = w[L.local_p + i], w[L.plenum + i], w[L.film_p + i], w[L.film_q + i]
+        dh = -(w[L.inj_cos + i] * dx + w[L.inj_sin + i] * dy)
+        dP = max(-(w[L.shift + i] + w[L.pull_q + i] * dq + w[L.pull_h + i] * dh), -0.8 * plenum)
+        flux, _, _ = nozzle(plenum + dP, math.sqrt(max(p * p + dq, 0.04 * p * p)), table)
+        line, change = by_plenum * dP + by_q * dq, w[L.curtain + i] * w[L.local_h + i] * flux - w[L.film_flow + i]
+        share = min(max(change / line, 0.02), 50.0) if line != 0.0 else 1.0
+        bent = bent or abs(share - 1.0) > BENT
+        by_plenum, by_q = by_plenum * share, by_q * share
+        storage = w[L.capacity + i] * iadt
+        left = storage * (plenum - w[L.plenum_rhs + i]) - w[L.pin_flow + i] + w[L.film_flow + i]
+        inverse = 1.0 / (storage - w[L.pin_p + i] + by_plenum)
+        w[L.defect + i] = -left * by_plenum * inverse
+        w[L.gain_q + i] = (1.0 - by_plenum * inverse) * by_q
+        w[L.shift + i] = left * inverse
+        w[L.pull_q + i] = by_q * inverse
+        w[L.pull_h + i] = w[L.film_h + i] * inverse
+    return bent
+
+
+@inlined
+def near_line(w, L):
+    """Whether tangents of the injectors' flows serve: the stage is not distant, or in trouble and has chords anyway."""
+    return w[L.convergence + DISTANT] == 0.0 or w[L.convergence + CAREFUL] > 0.0 or L.n_inj == 0
+
+
+@inlined
+def solve_borders(w, ix, L, iadt):
     """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
+    fx, fy = read_ring(w, ix, L)
+    solve_small(w, ix, L, fx, fy)
+    for _ in range(CHORDS):
+        if near_line(w, L) or not bend_flows(w, L, iadt, L.small, w[L.small + L.n_inj], w[L.small + L.n_inj + 1]):
+            return
+        solve_small(w, ix, L, fx, fy)
+
+
+@inlined
+def flow_sides(w, L, x):
+    """Right-hand sides of the flows' rows into the array from offset x."""
+    for i in range(L.n_inj):
+        w[x + i] = w[L.defect + i] + w[L.gain_q + i] * w[L.reading + i]
+
+
+@inlined
+def solve_small(w, ix, L, fx, fy):
+    """Changes of the film flows and of the journal into w[small]; (fx, fy) is the film force of the ring's solution."""
     flow_rows(w, ix, L)
     journal_rows(w, L)
-    fx, fy = read_ring(w, ix, L)
     nb, ni = L.n_border, L.n_inj
     o = L.small + nb
+    flow_sides(w, L, o)
     for row in range(2):
         a, b = L.journal_a + 2 * row, L.journal_b + 2 * row
         w[o + ni + row] = (
@@ -313,7 +400,7 @@ def newton(w, ix, F, L, U, iadt, tolerance, patient, careful):
         if done:
             return n
         solve_ring(w, L)
-        solve_borders(w, ix, L)
+        solve_borders(w, ix, L, iadt)
         add_borders(w, L)
         size = update(w, ix, F, L)
         n += 1
@@ -414,7 +501,7 @@ def force_rows(w, L):
 
 
 @inlined
-def read_correction(w, ix, L):
+def read_correction(w, ix, L, iadt):
     """Share of a film in the common system of several films: its force as the journal moves, its injectors eliminated.
 
     Expects the residual in r and leaves the ring's solution there. In w[small_matrix], column by column, and in
@@ -422,10 +509,21 @@ def read_correction(w, ix, L):
     """
     wide_vectors()
     solve_ring(w, L)
+    fx, fy = read_ring(w, ix, L)
+    eliminate_flows(w, ix, L, fx, fy)
+    for _ in range(CHORDS):
+        if near_line(w, L) or not bend_flows(w, L, iadt, L.small + L.n_border, 0.0, 0.0):
+            return
+        eliminate_flows(w, ix, L, fx, fy)
+
+
+@inlined
+def eliminate_flows(w, ix, L, fx, fy):
+    """Small system of a film for the force (fx, fy) of the ring's solution, its injectors eliminated."""
     flow_rows(w, ix, L)
     force_rows(w, L)
-    fx, fy = read_ring(w, ix, L)
     x = L.small + L.n_border
+    flow_sides(w, L, x)
     w[x + L.n_inj], w[x + L.n_inj + 1] = fx, fy
     eliminate_small(w, L.small_matrix, x, L.n_border, L.n_inj)
 

@@ -8,7 +8,8 @@ Hosea & Shampine 1996). Both stages act on the stored mass m = p h,
           m_{n+1} = \frac{m_\gamma - (1-\gamma)^2 m_n}{\gamma(2-\gamma)} + a\,\Delta t\,\dot m_{n+1},
 
 so that mass is conserved. The rate at the start of a step is the one the last step ended with. Starting values are
-polynomials through the last steps.
+polynomials through the last steps: of the pressures, or where these miss by far, as round a journal close to its
+sleeve, of the masses, which become pressures in the gap of the present journal.
 
 A steady film, and the equilibrium of a journal, come by pseudo-transient continuation (Kelley & Keyes 1998): implicit
 Euler steps in a pseudo-time that grows as the solution settles lead from ambient pressure to the basin of Newton's
@@ -26,9 +27,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reynolds.film import stored, thickness
+from reynolds.film import stored, thickness, thickness_slope, wrap
 from reynolds.grid import Layout
 from reynolds.jit import inlined
+from reynolds.vectors import dot, two_dots
 
 GAMMA = 2.0 - math.sqrt(2.0)
 STAGE = 1.0 - math.sqrt(0.5)
@@ -54,6 +56,20 @@ def predictor_table() -> list[float]:
 TABLE = tuple(float(v) for v in predictor_table())
 
 
+def mass_table() -> list[float]:
+    """Lagrange weights of the starting masses, order 0-2 for each stage, as rows of three."""
+    rows: list[float] = []
+    for target, nodes in ((GAMMA, (0.0, GAMMA - 1.0, -1.0)), (1.0, (GAMMA, 0.0, -1.0))):
+        for order in range(3):
+            used = nodes[: order + 1]
+            weights = [math.prod((target - b) / (a - b) for b in used if b != a) for a in used]
+            rows += weights + [0.0] * (2 - order)
+    return rows
+
+
+MASSES = tuple(float(v) for v in mass_table())
+
+
 @inlined
 def predict(w, L, stage, order):
     """Starting values of p and plena for a stage from the last `order` + 1 values."""
@@ -75,6 +91,40 @@ def predict(w, L, stage, order):
             w[L.plenum_3 + i] = two
             w[L.plenum_2 + i] = one
             w[L.plenum_1 + i] = now
+
+
+@inlined
+def carry_mass(w, F, L, stage, order):
+    """Pressures that the masses of the last stages, carried on, have in the gap of the present journal; returns the
+    rms of their change / ambient."""
+    thickness(w, F, L)
+    # the masses of a step's start and middle are those of the last step until its stage ends
+    row = 9 * stage + 3 * (2 if order > 0.0 else stage)
+    a, b, c = MASSES[row], MASSES[row + 1], MASSES[row + 2]
+    now, one = (L.m_old, L.m_mid) if stage == TO_MID else (L.m_mid, L.m_old)
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        old = w[L.p + k]
+        new = old * (a * w[now + k] + b * w[one + k] + c * w[L.m_before + k]) / stored(w, L, k)
+        new = 0.1 * old if new < 0.1 * old else new
+        # edges keep their pressure
+        new = new if w[L.per_weight + k] > 0.0 else old
+        w[L.dp + k] = new - old
+        w[L.p + k] = new
+    wrap(w, L, L.p)
+    return math.sqrt(dot(w, L.dp + L.first, L.dp + L.first, L.span) / (L.n_theta * L.n_rows)) / F.pa
+
+
+@inlined
+def gas_spring(w, F, L):
+    """Derivatives of the film force (x, y) after x and after y of the journal where every cell keeps its mass."""
+    thickness_slope(w, F, L)
+    for k in range(L.first, L.first + L.n_theta * L.stride):
+        rise = w[L.p + k] / w[L.h + k] * w[L.slope + k]
+        w[L.dp + k] = rise * w[L.cos + k]
+        w[L.slope + k] = rise * w[L.sin + k]
+    xx, yx = two_dots(w, L.dp + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
+    xy, yy = two_dots(w, L.slope + L.first, L.force_x + L.first, L.force_y + L.first, L.span)
+    return xx, yx, xy, yy
 
 
 @inlined
@@ -169,6 +219,9 @@ def end_stage(w, L, stage, adt, cut):
     """
     if L.foil == 1:
         end_foil(w, L, stage, adt)
+    if stage == TO_END:
+        for k in range(L.first, L.first + L.n_theta * L.stride):
+            w[L.m_before + k] = w[L.m_old + k]
     if cut > 0.0:
         keep_pressures(w, L, adt, stage, cut > TRUST)
         return

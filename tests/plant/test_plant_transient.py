@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from reynolds.transient import STAGE, TO_MID
+from reynolds.film import thickness
+from reynolds.grid import cells
+from reynolds.transient import GAMMA, MASSES, STAGE, TO_MID, gas_spring
 from rotorsim.base.errors import MachineFileError
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -131,20 +133,51 @@ def test_a_step_on_an_eleven_micron_orbit_is_cheap_and_accurate(rig, held):
 
 @pytest.mark.parametrize(("unbalance", "speed", "pressure"), [(None, 2200.0, 0.3e6), (300, 700.0, 0.1e6)])
 def test_stages_far_from_their_starting_values_take_few_corrections_and_factors(rig, held, unbalance, speed, pressure):
-    """A whirl and a rub of the rig, steps of .1 ms: at most 4 corrections and 1.25 factorisations a stage.
+    """A whirl and a rub of the rig, steps of .1 ms: at most 3.5 corrections and .7 factorisations a stage.
 
-    Measured 3.2 and 3.5 with 1.1 each; 7.1 and 7.6 where stages begin with cubics in time, old factors and journals in
-    contact where the last stage left them.
+    Measured 3.1 and 3.0 with .6 each; 3.2 and 3.5 with 1.1 where pressures are extrapolated in place of masses and rows
+    are scaled by h^3.
     """
     samples = 1000
     run = rig({"effects.unbalance.me": f"{unbalance} g*mm"} if unbalance else {}, n_z=16, dt=1e-4).start(
         speed, pressure
     )
-    run.advance(held(samples, speed, pressure))
+    inputs = held(samples, speed, pressure)
+    inputs[:10, 4] = 20.0  # off an equilibrium that it would not leave
+    run.advance(inputs)
     before = run.counters
-    run.advance(held(samples, speed, pressure))
-    assert run.counters["iterations"] - before["iterations"] <= 4 * 4 * samples
-    assert run.counters["factorisations"] - before["factorisations"] <= 1.25 * 4 * samples
+    table = run.advance(held(samples, speed, pressure))
+    assert np.ptp(table[:, 2]) > 40e-6
+    assert run.counters["iterations"] - before["iterations"] <= 3.5 * 4 * samples
+    assert run.counters["factorisations"] - before["factorisations"] <= 0.7 * 4 * samples
+
+
+def test_masses_are_carried_on_as_parabolas_in_time():
+    """Weights of the two stages against a parabola through the masses that a step has: exact to round-off."""
+    weights = np.reshape(MASSES, (2, 3, 3))
+    for stage, (target, nodes) in enumerate([(GAMMA, (0.0, GAMMA - 1.0, -1.0)), (1.0, (GAMMA, 0.0, -1.0))]):
+        for order in range(3):
+            powers = np.power.outer(np.array(nodes), np.arange(order + 1.0))
+            assert weights[stage, order] @ powers == pytest.approx(target ** np.arange(order + 1.0), abs=1e-14)
+
+
+def test_the_gas_spring_is_the_slope_of_the_force_at_a_fixed_mass(rig):
+    """Against central differences of 1 nm of the force of p h / h(X), on a journal at .4 of the clearance."""
+    a = (run := rig(n_z=16).start(300.0, 0.3e6)).assembly
+    L, w, F = a.film, run.w.copy(), a.parameters["film_0"]
+    w[L.journal : L.journal + 2] = 8e-6, -6e-6
+    thickness(w, F, L)
+    k = cells(L)
+    mass, spring = w[L.p + k] * w[L.h + k], np.array(gas_spring(w, F, L)).reshape(2, 2)
+    for axis in range(2):
+        forces = []
+        for nudge in (1e-9, -1e-9):
+            w[L.journal : L.journal + 2] = 8e-6, -6e-6
+            w[L.journal + axis] += nudge
+            thickness(w, F, L)
+            p = mass / w[L.h + k]
+            forces.append([(w[side + k] * p).sum() for side in (L.force_x, L.force_y)])
+        assert np.subtract(*forces) / 2e-9 == pytest.approx(spring[axis], rel=1e-6)
 
 
 def one_step(K, C, start, dt):

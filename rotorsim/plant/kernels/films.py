@@ -58,13 +58,13 @@ def gather_borders(w, f):
 
 
 @kernel
-def correct_films(w, ix, P):
+def correct_films(w, ix, P, iadt):
     """One correction of all films and journals from the residuals; returns its size in the film where it is largest."""
     n = 2 * ROTOR.n_films
     for row in range(n):
         w[ROTOR.small + row] = w[ROTOR.journal_rhs + row]
     for f in range(ROTOR.n_films):
-        read_correction(film_part(w, f), film_indices(ix, f), FILM)
+        read_correction(film_part(w, f), film_indices(ix, f), FILM, iadt)
         gather_borders(w, f)
     eliminate_small(w, ROTOR.small_matrix, ROTOR.small, n, n)
     size = 0.0
@@ -92,7 +92,7 @@ def iterate_films(w, ix, P, speed, iadt, tolerance, patient, careful):
             begin_correction(v, numbers, F, FILM, speed * F.radius, iadt, careful or n >= 4)
         if done:
             return n
-        size = correct_films(w, ix, P)
+        size = correct_films(w, ix, P, iadt)
         n += 1
         first[FILM.convergence + ITERATIONS] += 1.0
         verdict = judge_correction(first, FILM.convergence, n, size, before, tolerance, patient)

@@ -21,6 +21,7 @@ from reynolds.grid import PLACE
 from reynolds.jit import inlined, kernel
 from reynolds.newton import (
     CUT,
+    DISTANT,
     FACTORISATIONS,
     FAR,
     FRESH,
@@ -32,11 +33,24 @@ from reynolds.newton import (
     STALE_FACTORS,
     SURPRISE,
     cut_short,
+    find_scales,
     newton,
     refresh,
     room_left,
 )
-from reynolds.transient import GAMMA, STAGE, TO_END, TO_MID, TRUST, end_stage, predict, stage_rhs, take_back
+from reynolds.transient import (
+    GAMMA,
+    STAGE,
+    TO_END,
+    TO_MID,
+    TRUST,
+    carry_mass,
+    end_stage,
+    gas_spring,
+    predict,
+    stage_rhs,
+    take_back,
+)
 from reynolds.vectors import wide_vectors
 from rotorsim.plant.kernels.effect_calls import (
     FILM,
@@ -291,8 +305,51 @@ def give_up(w, P, speed, adt):
     return 1
 
 
+@inlined
+def lead_journals(w, P):
+    """Journals where films that keep the mass in every cell take them, each by a step of Newton's method."""
+    n = 2 * ROTOR.n_films
+    for f in range(ROTOR.n_films):
+        v, s, k = film_part(w, f), ROTOR.journal_before + 2 * f, ROTOR.contact_k + 4 * f
+        w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
+        w[k], w[k + 1], w[k + 2], w[k + 3] = gas_spring(v, film_constants(P, f), FILM)
+    guess_journals(w)
+    for f in range(ROTOR.n_films):
+        if w[ROTOR.contact + f] == 0.0:
+            v, s, k = film_part(w, f), ROTOR.journal_before + 2 * f, ROTOR.contact_k + 4 * f
+            a = ROTOR.compliance + n * 2 * f + 2 * f
+            b = a + n
+            xx, xy = 1.0 - (w[a] * w[k] + w[a + 1] * w[k + 1]), -(w[a] * w[k + 2] + w[a + 1] * w[k + 3])
+            yx, yy = -(w[b] * w[k] + w[b + 1] * w[k + 1]), 1.0 - (w[b] * w[k + 2] + w[b + 1] * w[k + 3])
+            dx, dy = v[FILM.journal] - w[s], v[FILM.journal + 1] - w[s + 1]
+            inverse = 1.0 / (xx * yy - xy * yx)
+            v[FILM.journal] = w[s] + (yy * dx - xy * dy) * inverse
+            v[FILM.journal + 1] = w[s + 1] + (xx * dy - yx * dx) * inverse
+
+
+@inlined
+def begin_far(w, ix, P, stage, speed, adt):
+    """Starting values of a stage that polynomials miss by far: masses carried on, and journals that go with them."""
+    c, missed = FILM.convergence, 0.0
+    for f in range(ROTOR.n_films):
+        missed = max(missed, carry_mass(film_part(w, f), film_constants(P, f), FILM, stage, w[ROTOR.order]))
+    w[c + SURPRISE] = max(w[c + SURPRISE], missed)
+    lead_journals(w, P)
+    journal_equation(w, P, speed, adt)
+    if RIG.n_contact > 0:
+        settle_contacts(w, P, speed, adt)
+    for f in range(ROTOR.n_films):
+        carry_mass(film_part(w, f), film_constants(P, f), FILM, stage, w[ROTOR.order])
+    if stage == TO_MID and room_left(w, c) > PRICE:
+        factorise(w, ix, P, speed, 1.0 / adt)
+    else:
+        for f in range(ROTOR.n_films):
+            F = film_constants(P, f)
+            find_scales(film_part(w, f), F, FILM, speed * F.radius, 1.0 / adt)
+
+
 @kernel
-def solve_stage(w, ix, P, speed, adt):
+def solve_stage(w, ix, P, stage, speed, adt):
     """Films, plena, journals and contacts of a stage: the contacts' linearisation is repeated until it holds."""
     free_journals(w, adt)
     guess_journals(w)
@@ -300,8 +357,7 @@ def solve_stage(w, ix, P, speed, adt):
     if RIG.n_contact > 0:
         settle_contacts(w, P, speed, adt)
     if w[FILM.convergence + FRESH] > 0.0:
-        if room_left(w, FILM.convergence) > PRICE:
-            factorise(w, ix, P, speed, 1.0 / adt)
+        begin_far(w, ix, P, stage, speed, adt)
         w[FILM.convergence + FRESH] = 0.0
     for _ in range(MOST_ROUNDS):
         for f in range(ROTOR.n_films):
@@ -321,7 +377,7 @@ def solve_stage(w, ix, P, speed, adt):
 
 
 @kernel
-def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
+def solve_motion(w, ix, P, stage, t, angle, speed, acceleration, tau, adt):
     """Rotor and films at a stage's end, repeated until forces that depend on the motion agree with it."""
     guess_motion(w, P, tau)
     for n in range(MOST_ROUNDS):
@@ -334,7 +390,7 @@ def solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt):
         add_motion(w, P, t, angle, speed, adt)
         free_velocity(w, ROTOR, adt)
         if ROTOR.n_films > 0:
-            if solve_stage(w, ix, P, speed, adt) < 0:
+            if solve_stage(w, ix, P, stage, speed, adt) < 0:
                 return NOT_CONVERGED
             journal_forces(w)
         move_rotor(w, ROTOR, adt)
@@ -399,6 +455,7 @@ def start_stage(w, P, t, angle, speed, stage, order, adt):
     w[FILM.convergence + FRESH] = 1.0 if far else 0.0
     for f in range(ROTOR.n_films):
         v = film_part(w, f)
+        v[FILM.convergence + DISTANT] = 1.0 if far else 0.0
         predict(v, FILM, stage, min(order, 1) if far else order)
         stage_rhs(v, FILM, stage, adt)
 
@@ -486,7 +543,7 @@ def try_step(w, ix, P, dt):
         rotor_rhs(w, ROTOR, stage, adt)
         if ROTOR.n_films > 0:
             start_stage(w, P, t, angle, speed, stage, order, adt)
-        if solve_motion(w, ix, P, t, angle, speed, acceleration, tau, adt) < 0:
+        if solve_motion(w, ix, P, stage, t, angle, speed, acceleration, tau, adt) < 0:
             take_films_back(w)
             w[ROTOR.matrix_step] = 0.0
             return NOT_CONVERGED
