@@ -1,6 +1,8 @@
 """Control laws as units and plant with law as a system: bit-identical to the Python loop."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -275,6 +277,18 @@ def test_a_law_with_a_clock_answers_at_its_ticks_with_the_bits_of_the_law(clocke
             slave.enterEventMode()
         instance.close()
     np.testing.assert_array_equal(found, truth)
+
+
+def test_the_host_of_the_docs_gets_the_bits_of_the_law(clocked):
+    unit, file = clocked
+    page = (Path(__file__).parents[2] / "docs" / "fmu.md").read_text(encoding="utf-8")
+    [text] = [one for one in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "law.clock" in one]
+    shown = {}
+    exec(compile(text.replace('"law.fmu"', repr(str(file))), "fmu.md", "exec"), shown)
+    rows = np.tile([0.0, 0.0, 300.0, 0.5e6], (500, 1))
+    rows[:, 0] = 1e-6 * np.sin(0.1 * np.arange(500))
+    truth = answered(unit.law, dict(zip(INPUTS, rows.T, strict=True)))[1:, :2]
+    np.testing.assert_array_equal(shown["answers"], truth)
 
 
 def test_every_check_of_the_command_passes_for_a_law_with_a_clock(clocked):
