@@ -115,9 +115,7 @@ with {}:
 """
 
 
-@pytest.mark.parametrize(
-    ("block", "printed"), [("watched()", "last act\n"), ("nullcontext()", "last act\nshutdown\n")]
-)
+@pytest.mark.parametrize(("block", "printed"), [("watched()", "last act\n"), ("nullcontext()", "last act\nshutdown\n")])
 def test_a_command_whose_output_is_written_skips_the_shutdown_and_a_program_that_runs_it_does_not(block, printed):
     program = [sys.executable, "-c", ENDING.format(block)]
     done = subprocess.run(program, capture_output=True, text=True, timeout=PATIENCE)
