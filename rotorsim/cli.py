@@ -1,5 +1,6 @@
 """Command line `rotorsim COMMAND`; errors are printed as sentences. The commands are in `rotorsim.commands`."""
 
+import gc
 import io
 import os
 import sys
@@ -17,6 +18,8 @@ from rotorsim.base.files import WriteError, write_error
 from rotorsim.base.interrupt import interrupted, leave, watched
 
 STDOUT = "standard output"
+YOUNG = 20_000
+"""New objects after which a command collects garbage: its imports make half a million that stay."""
 LIMITS: dict[type[Exception], str] = {
     MemoryError: "memory: this needs more than there is; make the grid, the shaft or the record coarser, or free some",
     RecursionError: "input: something in it is nested too deeply; make it flatter",
@@ -34,6 +37,7 @@ def main(arguments: list[str] | None = None, app: Any = None) -> None:
     if arguments is not None:
         command(arguments, app)
         return
+    gc.set_threshold(YOUNG)
     with watched():
         try:
             _careful_streams()

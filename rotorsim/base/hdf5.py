@@ -13,7 +13,6 @@ the few milliseconds of a flush can cost the file, and an error of the disk othe
 
 from __future__ import annotations
 
-import atexit
 import errno
 import io
 import math
@@ -28,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rotorsim.base.files import replacing, to_disk
-from rotorsim.base.interrupt import Interrupt
+from rotorsim.base.interrupt import Interrupt, at_end
 
 try:
     import resource
@@ -247,7 +246,7 @@ def _started() -> Child:
     global _child, _owner
     if _child is None or _owner != os.getpid() or not _child.alive:
         _child, _owner = Child(), os.getpid()
-        atexit.register(_child.kill)
+        at_end(_child.kill)
     return _child
 
 

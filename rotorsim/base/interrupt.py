@@ -117,8 +117,8 @@ def at_end(act: Callable[[], object]) -> None:
 
 
 def leave(code: Any) -> NoReturn:
-    """End the process, without the interpreter's shutdown after `done` or during a call of `apart`."""
-    if _done.is_set() or any(thread.name == APART for thread in threading.enumerate()):
+    """End the process, without the interpreter's shutdown after a command's `done` or during a call of `apart`."""
+    if (_done.is_set() and _watched.is_set()) or any(thread.name == APART for thread in threading.enumerate()):
         for act in _last_acts:
             act()
         for stream in (sys.stdout, sys.stderr):
@@ -135,7 +135,7 @@ def interrupted() -> NoReturn:
     leave(CODE)
 
 
-_finishing, _done = threading.Event(), threading.Event()
+_finishing, _done, _watched = threading.Event(), threading.Event(), threading.Event()
 
 
 def done() -> None:
@@ -165,6 +165,7 @@ def watched() -> Iterator[None]:
     The signal's number goes through a pipe to a thread, which needs no turn of the main thread. Where the system allows
     no more threads, a sentence states that Ctrl-C waits.
     """
+    _watched.set()
     if signal.getsignal(signal.SIGINT) is signal.SIG_DFL:  # during the first imports
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if os.name != "posix":

@@ -18,6 +18,7 @@ import typer
 
 from rotorsim.base.display import did_you_mean
 from rotorsim.base.errors import DataError
+from rotorsim.base.interrupt import done
 from rotorsim.base.units import RIG_SAMPLE, parse, show
 from rotorsim.commands import options
 from rotorsim.commands.registry import CommandGroup, example, group, with_options
@@ -258,6 +259,7 @@ def run_experiment(
         with options.reporting_kept_samples(path):
             _report(path, folder, plant, experiment, outcome)
     options.leave_if_cut(outcome, path)
+    done()
 
 
 def _check_film(plant: Plant, pressure: float | None, grid: str | None) -> None:

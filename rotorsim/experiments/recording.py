@@ -171,10 +171,10 @@ class Recording:
 
     def _append(self, values: Values) -> None:
         end = self.samples + len(values["time"])
-        self._file.resize_dimension("time", end)
         for name, value in values.items():
             if name not in self._stored:
                 self._add(name, value)
+            self._stored[name].resize(end, axis=0)  # h5netcdf would look up all variables in the file's tables
             self._stored[name][self.samples : end] = value
         self.samples = end
 

@@ -103,6 +103,25 @@ def test_ctrl_c_that_a_destructor_or_a_library_swallowed_ends_the_program(place)
     assert done.stderr == f"{SENTENCE}\n"
 
 
+ENDING = """
+import atexit
+from contextlib import nullcontext
+from rotorsim.base.interrupt import at_end, done, leave, watched
+atexit.register(print, "shutdown")
+at_end(lambda: print("last act"))
+with {}:
+    done()
+    leave(3)
+"""
+
+
+@pytest.mark.parametrize(("block", "printed"), [("watched()", "last act\n"), ("nullcontext()", "last act\nshutdown\n")])
+def test_a_command_whose_output_is_written_skips_the_shutdown_and_a_program_that_runs_it_does_not(block, printed):
+    program = [sys.executable, "-c", ENDING.format(block)]
+    done = subprocess.run(program, capture_output=True, text=True, timeout=PATIENCE)
+    assert (done.returncode, done.stdout, done.stderr) == (3, printed, "")
+
+
 @pytest.mark.parametrize("block", [workspace, lambda: replacing("file"), lambda: replacing_all(".")])
 def test_after_ctrl_c_the_removal_of_what_was_begun_may_exceed_the_time_of_a_command(tmp_path, monkeypatch, block):
     """Folders would stay on a slow computer: the command was ended during their removal."""
