@@ -24,7 +24,9 @@ does not act on the journal.
 An orifice in a foil ends in its top sheet and moves with it: its curtain is as high as the film over the bent foil
 (Kumar & Kim 2008). The hole takes no stiffness from the foil, nor does the tube that feeds it give any.
 
-Cites: heshmat_1983, kumar_2008.
+The loss factor is the same at every amplitude; bumps that stick and slip lose more or less (Larsen et al. 2014).
+
+Cites: heshmat_1983, kumar_2008, larsen_2014.
 """
 
 from __future__ import annotations
