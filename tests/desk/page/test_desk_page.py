@@ -403,9 +403,9 @@ def test_a_stranger_is_refused_by_the_guard_of_the_live_page(desk_of):
     assert page.evaluate("fetch('nothing').then((r) => r.status)") == 404
 
 
-KEYSTROKES = {"plain_rotor": ("10", "discs.0.mass"), "pump_on_tables": ("25", "discs.0.mass"),
+KEYSTROKES = {"plain_rotor": ("10 mm", "discs.0.mass"), "pump_on_tables": ("25 mm", "discs.0.mass"),
               "rigid_rotor_self_acting": ("", "bearings.0.clearance")}  # fmt: skip
-"""Longest element [mm] for a shaft of 60, none for that of the machine, and the number that changes, by machine."""
+"""Longest element for a shaft of 60, none for that of the machine, and the number that changes, by machine."""
 
 
 @pytest.mark.parametrize("name", KEYSTROKES)
