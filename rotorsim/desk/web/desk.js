@@ -18,8 +18,8 @@ export default {
     </div>
     <h2>Open</h2>
     <div class="desk-open">
-      <label>file of this folder <select v-model="chosenFile"><option v-for="one in state.files" :key="one">{{ one }}</option></select></label>
-      <button :disabled="!chosenFile" @click="act('open', { name: chosenFile })">Open</button>
+      <template v-if="state.files.length"><label>file of this folder <select v-model="chosenFile"><option v-for="one in state.files" :key="one">{{ one }}</option></select></label>
+      <button :disabled="!chosenFile" @click="act('open', { name: chosenFile })">Open</button></template>
       <label>shipped machine <select v-model="chosenShipped"><option v-for="one in state.shipped" :key="one">{{ one }}</option></select></label>
       <button :disabled="!chosenShipped" @click="act('open', { name: chosenShipped })">Open a copy</button>
     </div>

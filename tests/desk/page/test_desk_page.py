@@ -248,7 +248,7 @@ def dragged(page, part):
     ("name", "text", "part"), [("pump_on_tables", None, "discs.0"), ("rigid_rotor_self_acting", COARSE, "bearings.0")]
 )
 def test_a_drag_of_two_seconds_never_queues_more_than_one_computation_a_panel(desk_of, name, text, part):
-    """Each that begins is of the design asked for last, none is begun twice for one design or beside another."""
+    """Each that begins is of the design asked for last, none is begun twice for one design or next to another."""
     page = desk_of(name, text=text, hidden=SLOW, ready=False, program=(counted_desk.__file__,))
     field(page, f"{part}.position").wait_for()
     settled(page)
