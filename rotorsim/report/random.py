@@ -15,7 +15,7 @@ COLUMNS = 2
 PANEL = 230
 """Height [px] of a distribution."""
 BINS = 30
-"""Most bars of a distribution."""
+"""Most bars of a distribution; fewer than a third of the machines where these are few."""
 MOST_ROWS = 400
 """Machines that are listed."""
 
@@ -117,7 +117,8 @@ def distributions_figure(result: RandomResult) -> go.Figure:
         place = {"row": k // COLUMNS + 1, "col": k % COLUMNS + 1}
         values = result.data[q.name].values * q.factor
         known = values[np.isfinite(values)]
-        figure.add_trace(go.Histogram(x=compact(known, 6), nbinsx=BINS, marker={"color": PIN_COLOURS[0]}), **place)
+        bins = min(BINS, max(5, len(known) // 3))
+        figure.add_trace(go.Histogram(x=compact(known, 6), nbinsx=bins, marker={"color": PIN_COLOURS[0]}), **place)
         figure.update_xaxes(title_text=f"[{q.shown}]", **place)
         nominal = result.nominal.get(q.name, np.nan) * q.factor
         if np.isfinite(nominal):
