@@ -141,7 +141,7 @@ BREAKS = {
     "shaft.sections.0.length": ("-10", "12"), "bearings.0.position": ("9000", "1"), "bearings.1.clearance": ("0", "24"),
     "name": ("", "mine"), "discs.0.mass": ("1a5", "1.6"), "shaft.material.poisson_ratio": ("", "0.29"),
 }  # fmt: skip
-"""What is typed into the field of a path that does not fit, and then what does."""
+"""Text that does not fit into the field of a path, and then one that does."""
 
 
 def test_whoever_breaks_a_shipped_machine_is_led_out_at_the_field_with_the_last_design_drawn(desk_of):
