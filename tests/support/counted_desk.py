@@ -15,7 +15,7 @@ def note(event, name, text):
 
 
 class Wanted(dict):
-    """What windows wait for, noted."""
+    """The questions of windows, noted."""
 
     def __setitem__(self, window, asked):
         if self.get(window, ("", "", ""))[1:] != asked[1:]:
