@@ -386,7 +386,8 @@ def without_start(model: Unit, trial: Path) -> Iterator[str]:
     """Sentences about machines that a plant's unit offers and that have no equilibrium where it starts."""
     if not isinstance(model, PlantUnit) or not model.choices:
         return
-    names, own, *others = [one.name for one in model.choices], *product(*(one.values for one in model.choices))
+    names = [one.name for one in model.choices]
+    own, *others = product(*(one.values for one in model.choices))
     with ImportedUnit(trial) as unit:
         for values in others:
             instance = unit.instance()
