@@ -338,8 +338,9 @@ def export(
             trial = folder / "trial.fmu"
             write_archive(trial, core(model, max(chosen), [host()], libraries))
             reference = _reference(model, trial)
-            for sentence in without_start(model, trial) if announce is not None else ():
-                announce(sentence)
+            if announce is not None:
+                for sentence in without_start(model, trial):
+                    announce(sentence)
     for version, path in paths.items():
         more = contents(model, version, reference, [t.name for t in targets], cpu)
         if with_sources:
