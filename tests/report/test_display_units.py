@@ -146,6 +146,12 @@ def test_an_axis_without_brackets_stays_with_its_numbers():
     assert figure_csv(made) == figure_csv(plain(figure))
 
 
+def test_an_axis_whose_title_begins_with_its_unit_takes_its_numbers_along():
+    figure = go.Figure(go.Scatter(x=[1.0, 2.0], y=[25.4, 50.8])).update_yaxes(title_text="µm pk-pk")
+    made = imperial_figure(plain(figure))
+    assert made["layout"]["yaxis"]["title"]["text"] == "mil pk-pk" and made["data"][0]["y"] == [1, 2]
+
+
 def test_categories_that_are_numbers_of_an_axis_are_converted_and_names_stay():
     figure = go.Figure(go.Bar(x=[["0 rpm", "3 krpm"], ["0.30", "0.70"]], y=[1.0, 2.0]))
     made = imperial_figure(plain(figure.update_xaxes(title_text="pressure [MPa], speed")))
