@@ -86,7 +86,7 @@ def test_columns_are_converted_by_their_heads_and_machine_files_stay():
     heads, rows = ("p [MPa]", "order"), [("0.5", "2"), ("-", "1")]
     with unit_system("imperial"):
         shown = html(Page("a", "b", [Block("c", "", heads, rows), Block("d", "", heads, [(0.5, "2")])]))
-    table = "<table><tr><th>p [psi]</th><th>order</th></tr><tr><td>72.5</td><td>2</td></tr>"
+    table = "<table><thead><tr><th>p [psi]</th><th>order</th></tr></thead><tr><td>72.5</td><td>2</td></tr>"
     assert f"{table}<tr><td>-</td><td>1</td></tr></table>" in re.sub(r"\n", "", shown)
     assert shown.count("<td>72.5</td>") == 2
     assert "<td>0.5</td>" in html(Page("a", "b", [Block("c", "", heads, rows)]))
