@@ -29,6 +29,9 @@ from rotorsim.signals.record_blocks import blocks, displacement_name, need, over
 
 LONGEST, LEAST = 4.0, 0.1
 """Length of a segment [s]: at most, and at least for there to be a spectrum."""
+SWEPT = 2.0
+"""Most that the speed may change within a spectrum along a record, times its length: beyond, a line that follows the
+speed is smeared over more than the width of the window."""
 
 
 @dataclass(frozen=True)
@@ -112,15 +115,15 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
     """Amplitude spectra of the disc along a record, and full spectra that separate forward from backward whirl.
 
     Hann window, mean and trend removed, corrected for the window so that a sine of amplitude a shows a. Each line is
-    the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s. A start transient
-    is left out.
+    the root mean square of the spectra of its stretch of the record, cut into pieces of at most 1 s. Stretches are
+    shorter where the speed changes fast (`SWEPT`). A start transient is left out.
 
     Parameters
     ----------
     record : Dataset
         With `speed` [rad/s] and `disc` (or `disc_measured`) [m], evenly sampled.
     lines : int
-        Spectra along the record; fewer for a record too short for pieces of 0.25 s.
+        Spectra along the record; fewer for a record too short for pieces of 0.25 s, which is less where it sweeps.
     max_frequency : float
         Highest frequency kept [Hz].
 
@@ -137,7 +140,9 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
         raise DataError(f"record: {n} samples make no spectrum; give at least 2")
     ends = np.asarray(record["time"].isel(time=[0, -1]).values, float)
     dt = (ends[1] - ends[0]) / (n - 1)
-    count = int(np.clip(n * dt / SECONDS, 1, lines))
+    change = float(np.ptp(record["speed"].isel(time=[0, -1]).values)) / (2 * np.pi)
+    least = min(SECONDS, np.sqrt(SWEPT * n * dt / change)) if change else SECONDS
+    count = int(np.clip(n * dt / least, 1, lines))
     edges = np.linspace(0, n, count + 1).astype(int)
     piece = min(int(np.diff(edges).min()), max(2, round(1.0 / dt)))
     rows = []

@@ -665,10 +665,10 @@ def hypothesis(effect, cost):
                            fit=SimpleNamespace(cost=cost))  # fmt: skip
 
 
-@pytest.mark.parametrize(("effect", "cost", "acts"), [("labyrinth_seal", 48.0, True), ("shaft_bow", 52.0, False),
+@pytest.mark.parametrize(("effect", "cost", "acts"), [("labyrinth_seal", 27.0, True), ("shaft_bow", 52.0, False),
                                                       ("sensor_delay", 27.0, False)])  # fmt: skip
-def test_a_delay_is_refused_where_it_is_clearly_better_than_the_effects_that_were_fitted(effect, cost, acts):
-    """Where none was fitted nothing is refused: a seal that the calibration takes up fits with early probes too."""
+def test_a_delay_is_refused_where_it_is_better_than_the_effects_that_were_fitted(effect, cost, acts):
+    """Nothing is refused where none was fitted: a seal that the calibration takes up fits with early probes too."""
     run = run_of_two_records()
     run.late, run.tried = SimpleNamespace(fit=SimpleNamespace(cost=37.0)), (hypothesis(effect, cost),)
     assert run._acts_late() == acts

@@ -113,6 +113,16 @@ def test_sub_synchronous_whirl_is_found_with_its_ratio() -> None:
     assert found["um"] == pytest.approx(0.5, rel=0.01)
 
 
+def test_whirl_of_a_fast_ramp_is_not_smeared_over_the_run() -> None:
+    """From 12,000 to 26,000 rpm in .35 s the line moves by 110 Hz: one spectrum of the whole run shows a third of it."""
+    time, speed, angle = ramp(0.35, 200.0, 433.0)
+    whirl = 3e-6 * np.exp(1j * angle) + 36e-6 * np.exp(0.48j * angle)
+    found = largest_sub_synchronous(waterfall(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag)))))
+    assert found is not None
+    assert found["ratio"] == pytest.approx(0.48, abs=0.02)
+    assert found["um"] == pytest.approx(36.0, rel=0.05)
+
+
 def test_synchronous_motion_alone_has_nothing_below_1x() -> None:
     assert largest_sub_synchronous(waterfall(orders_of_a_ramp())) is None
 
