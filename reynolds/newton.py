@@ -42,6 +42,8 @@ LIMIT, CUT, LEFT, OVERRUNS = 8, 9, 10, 11
 (0: it did not), largest of them, and steps with such a stage."""
 DISTANT = 12
 """Place in w[convergence] of whether the film's stage began far from its starting values."""
+BOWED = 13
+"""Place in w[convergence] of whether the last correction took chords of flows: it is small where they are steep."""
 PRICE = 10.0
 """Corrections that take as long as new factors."""
 FAR = 0.03
@@ -319,9 +321,11 @@ def solve_borders(w, ix, L, iadt):
     """Changes of the film flows and of the journal into w[small]; expects the ring's solution in r."""
     fx, fy = read_ring(w, ix, L)
     solve_small(w, ix, L, fx, fy)
+    w[L.convergence + BOWED] = 0.0
     for _ in range(CHORDS):
         if near_line(w, L) or not bend_flows(w, L, iadt, L.small, w[L.small + L.n_inj], w[L.small + L.n_inj + 1]):
             return
+        w[L.convergence + BOWED] = 1.0
         solve_small(w, ix, L, fx, fy)
 
 
@@ -424,7 +428,8 @@ def solve_ring(w, L):
 def judge_correction(w, c, n, size, before, tolerance, patient):
     """1 if what is left after the n-th correction is small enough, 0 if not, or a negative status.
 
-    `size` and `before` are those of this correction and of the last one; w[c:] is the film's memory of convergence.
+    A correction by chords is never the last: a steep one is small however much is left. `size` and `before` are those
+    of this correction and of the last one; w[c:] is the film's memory of convergence.
     """
     if not size < 1e6 and (w[c + LIMIT] == 0.0 or size != size):
         return NOT_CONVERGED
@@ -437,7 +442,8 @@ def judge_correction(w, c, n, size, before, tolerance, patient):
         w[c + RATE] = max(rate, 0.02)
         w[c + AGE] = 0.0
         known = True
-    if size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate)):
+    small = size < 1e-3 * tolerance or (known and rate < 1.0 and size * rate < tolerance * (1.0 - rate))
+    if small and w[c + BOWED] == 0.0:
         w[c + AGE] += 1.0
         return 1
     impatient = n > 1 and not patient and w[c + CAREFUL] == 0.0 and size < NEAR
@@ -511,9 +517,11 @@ def read_correction(w, ix, L, iadt):
     solve_ring(w, L)
     fx, fy = read_ring(w, ix, L)
     eliminate_flows(w, ix, L, fx, fy)
+    w[L.convergence + BOWED] = 0.0
     for _ in range(CHORDS):
         if near_line(w, L) or not bend_flows(w, L, iadt, L.small + L.n_border, 0.0, 0.0):
             return
+        w[L.convergence + BOWED] = 1.0
         eliminate_flows(w, ix, L, fx, fy)
 
 

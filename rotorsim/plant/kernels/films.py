@@ -18,6 +18,7 @@ from __future__ import annotations
 from reynolds.film import closest_places, smallest_gap
 from reynolds.jit import inlined, kernel, view
 from reynolds.newton import (
+    BOWED,
     ITERATIONS,
     begin_correction,
     eliminate_small,
@@ -66,6 +67,7 @@ def correct_films(w, ix, P, iadt):
     for f in range(ROTOR.n_films):
         read_correction(film_part(w, f), film_indices(ix, f), FILM, iadt)
         gather_borders(w, f)
+        w[FILM.convergence + BOWED] = max(w[FILM.convergence + BOWED], film_part(w, f)[FILM.convergence + BOWED])
     eliminate_small(w, ROTOR.small_matrix, ROTOR.small, n, n)
     size = 0.0
     for f in range(ROTOR.n_films):
