@@ -243,8 +243,10 @@ class Choice:
 
     @property
     def text(self) -> str:
-        """The values from the smallest on, with their unit."""
-        return f"{', '.join(f'{value:g}' for value in sorted(self.values))} {self.quantity.unit}"
+        """The values in ascending order, each as it reads back, with their unit."""
+        return (
+            f"{', '.join(repr(float(value)).removesuffix('.0') for value in sorted(self.values))} {self.quantity.unit}"
+        )
 
 
 Over = Mapping[str, float | str | Sequence[float | str]]

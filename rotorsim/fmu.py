@@ -86,7 +86,7 @@ def export(
         Start [rad/s], [Pa, gauge]; by default 0 and 0.3 MPa, of a model the middle of its range. A machine without
         feed has no pressure.
     announce : callable, optional
-        Given a sentence before kernels are compiled.
+        Given sentences: before kernels are compiled, and on each machine offered with which the unit does not start.
     name : str, optional
         Name of the model and of its libraries, an identifier; by default that of the subject and of its kind.
     source : bool

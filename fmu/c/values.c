@@ -71,7 +71,7 @@ static double offered(Unit *u, uint32_t reference, const Choice *c, double value
     size_t n = (size_t)snprintf(text, sizeof text, "%s = %g %s: is not offered by this unit; give one of", v->name, value, v->unit);
     for (const double *one = &chosen[c->first]; one < &chosen[c->first + c->count]; one++) {
         if (fabs(value - *one) <= 1e-9 * fabs(*one)) return *one;
-        if (n < sizeof text) n += (size_t)snprintf(text + n, sizeof text - n, " %.9g", *one);
+        if (n < sizeof text) n += (size_t)snprintf(text + n, sizeof text - n, " %.12g", *one);
     }
     refuse(u, reference, text);
     return NAN;

@@ -109,8 +109,8 @@ def export(
     if not of_plant:
         _refuse_for_plants(settings != PlantOptions() or bool(over), real_time)
     plant = settings.plant(machine) if of_plant else None
+    _refuse_for_code(c_only, clocked or source or fmi != "3" or unit != UnitOptions(), precision)
     if c_only:
-        _refuse_for_code(clocked or source or fmi != "3" or unit != UnitOptions())
         _write_code(law, name, out, precision, force, as_json)
         return
     from fmu.export import bounded, choose, clocked as ticking, export as write, file_names, named, versions
@@ -141,10 +141,14 @@ def _refuse_for_plants(changed: bool, real_time: bool) -> None:
         raise DataError("--real-time: bounds the steps of a plant; a law and an identified model have none to bound")
 
 
-def _refuse_for_code(changed: bool) -> None:
-    """Raise DataError for options of units that are given where C without FMI is written."""
-    if changed:
+def _refuse_for_code(c_only: bool, of_units: bool, precision: str) -> None:
+    """Raise DataError for options of units where C without FMI is written, and for those of C where a unit is."""
+    if c_only and of_units:
         raise DataError("--c-only: writes C without FMI; leave out options of units, as --clocked, --fmi and --source")
+    if not c_only and precision != "float64":
+        raise DataError(
+            "--precision: is for --c-only; add it, or leave --precision out", argument="precision", value=precision
+        )
 
 
 def _offered(over: Sequence[str]) -> Over:

@@ -2,7 +2,8 @@
 
    ROWS holds six inputs a step, OUT gets seven numbers a step: time of a step played once [s], the least of up to five
    plays from the same state, journal x and y [m], work in corrections, steps cut short so far, and how often the system
-   took the processor away during the least play. IN and OUT are value references; where the unit ends the run, the row is not a number and the next begins from rest.
+   took the processor away during the least play. IN and OUT are value references; where the unit ends the run, the row
+   is not a number and the next begins from rest.
 
    PACED 1: each step begins on a grid of its own length under SCHED_FIFO, where permitted, and the first column is the
    time from the grid's point to the end of the step; 0: as fast as it goes, in processor time. */

@@ -138,14 +138,19 @@ class Player:
 
 
 def times(table: np.ndarray) -> dict[str, float]:
-    """Times [us] of the steps of a table that the unit did not end, and what of them is work."""
+    """Times [us] of the steps of a table that the unit did not end, and what of them is work.
+
+    "fixed" and "each" are the line of the least times over the corrections, "by count" its value at the most of them
+    over the median; "undisturbed" is the longest of the steps from which the system took no processor, NaN for none.
+    """
     table = table[~np.isnan(table[:, 0])]
     least, work, taken = 1e6 * table[:, 1], table[:, 4], table[:, 6]
+    alone = least[taken == 0]
     each, fixed = np.polyfit(work, least, 1)
     middle = float(np.median(least))
     return {
         "p50": middle, "p99.99": float(np.percentile(least, 99.99)), "longest": float(least.max()),
-        "ratio": float(least.max() / middle), "undisturbed": float(least[taken == 0].max()),
+        "ratio": float(least.max() / middle), "undisturbed": float(alone.max()) if alone.size else np.nan,
         "disturbed": int((taken > 0).sum()), "once": 1e6 * float(table[:, 0].max()),
         "work p50": float(np.median(work)), "work": float(work.max()), "fixed": float(fixed), "each": float(each),
         "by count": float((fixed + each * work.max()) / middle),

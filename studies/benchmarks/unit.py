@@ -28,7 +28,7 @@ int play(Step *step, void *unit, long first, long n, double h) {
 }
 """
 _RUN = """
-import ctypes, statistics, sys, time
+import ctypes, json, sys, time
 import numpy as np
 import fmpy
 from fmu.importer import ImportedUnit

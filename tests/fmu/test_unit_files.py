@@ -233,6 +233,7 @@ def main_ends_well(*arguments):
         (["export", "--law", "a.json", "--c-only", "--source"], "--c-only: "),
         (["export", "--law", "a.json", "--c-only", "--fmi", "2"], "--c-only: "),
         (["export", "--law", "a.json", "--c-only", "--targets", "x86_64-windows"], "--c-only: "),
+        (["export", "--law", "a.json", "--precision", "float32"], "--precision: "),
         (["export", "--over", "discs.0.mass=1.2 mm"], "--over: discs.0.mass: "),
         (["export", "--over", "discs.0.mass=1.2"], "--over: discs.0.mass: "),
         (["export", "--over", "discs.0.mass=1.2 kg", "--over", "discs.0.mass=1.3"], "--over: discs.0.mass: "),
