@@ -11,7 +11,7 @@ WORD = "noted"
 
 def note(event, name, text):
     """A line of an event, the panel and the digest of the text."""
-    os.write(2, f"{WORD} {event} {name} {server._digest(text) or '-'}\n".encode())  # whole lines of several threads
+    os.write(2, f"{WORD}\t{event}\t{name}\t{server._digest(text) or '-'}\n".encode())  # whole lines of several threads
 
 
 class Wanted(dict):
@@ -44,7 +44,7 @@ def carried(self, function, *arguments):
 
 def read(lines):
     """Events of such a desk: (event, panel, digest of the text)."""
-    return [tuple(line.split()[1:]) for line in list(lines) if line.startswith(WORD)]
+    return [tuple(line.rstrip().split("\t")[1:]) for line in list(lines) if line.startswith(WORD)]
 
 
 if __name__ == "__main__":

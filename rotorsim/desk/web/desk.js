@@ -235,8 +235,12 @@ export default {
       const names = this.panels.map((one) => one.name).filter((name) => !this.unasked(name)).sort((a, b) => place(a) - place(b));
       this.waiting = Object.fromEntries(names.map((name) => [name, true]));
       if (!this.state.films || this.state.large) return this.stream(names);
-      this.calm = setTimeout(() => this.stream(names.filter((name) => this.waiting[name])), CALM);
-      return this.stream(["static"]);
+      const near = this.stream(["static"]), own = this.streaming;
+      this.calm = setTimeout(async () => {
+        await near; // a slow computer would be asked for it twice
+        if (this.streaming === own) this.stream(names.filter((name) => this.waiting[name]));
+      }, CALM);
+      return near;
     },
     async stream(names) {
       const kept = this.kept ? names.filter((name) => !this.kept[name]) : [];
