@@ -338,8 +338,9 @@ def export(
             trial = folder / "trial.fmu"
             write_archive(trial, core(model, max(chosen), [host()], libraries))
             reference = _reference(model, trial)
-            for sentence in without_start(model, trial) if announce is not None else ():
-                announce(sentence)
+            if announce is not None:
+                for sentence in without_start(model, trial):
+                    announce(sentence)
     for version, path in paths.items():
         more = contents(model, version, reference, [t.name for t in targets], cpu)
         if with_sources:
@@ -386,7 +387,8 @@ def without_start(model: Unit, trial: Path) -> Iterator[str]:
     """Sentences about machines that a plant's unit offers and with which it does not start."""
     if not isinstance(model, PlantUnit) or not model.choices:
         return
-    names, own, *others = [one.name for one in model.choices], *product(*(one.values for one in model.choices))
+    names = [one.name for one in model.choices]
+    own, *others = product(*(one.values for one in model.choices))
     with ImportedUnit(trial) as unit:
         for values in others:
             instance = unit.instance()

@@ -21,12 +21,12 @@ Strips of bumps along the axis bend by the mean pressure along them, as Heshmat 
 Where the mean is below ambient the foil has lifted off: ambient pressure is on both sides of it, and the film there
 does not act on the journal.
 
-An orifice in a foil ends in its top sheet and moves with it: its curtain is as high as the film over the bent foil
-(Kumar & Kim 2008). The hole takes no stiffness from the foil, nor does the tube that feeds it give any.
+An orifice in a foil ends in its top sheet and moves with it: its curtain is as high as the film over the bent foil.
+The hole takes no stiffness from the foil, nor does the tube that feeds it give any.
 
 The loss factor is the same at every amplitude; bumps that stick and slip lose more or less (Larsen et al. 2014).
 
-Cites: heshmat_1983, kumar_2008, larsen_2014.
+Cites: heshmat_1983, larsen_2014.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ SAME_PLANE = 0.08
 """Distance of two planes, over the shaft's length, up to which unbalances in them are one case."""
 NEAR = 0.08
 """Distance of a peak of the response from a critical speed, over it, up to which it is that of the mode."""
-ROUNDED = 1e-9
+ROUNDED = 1e-8
 """Motion of a place, over the largest one along the shaft, up to which it is a node's, known to rounding alone."""
 UNSEEN = 1e-9
 """Response [m, 0-pk] below which a peak is rounding."""

@@ -29,6 +29,7 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy  # loads its packages where they are first used
 
 from fe_shaft.modal import half_axes
 from rotorsim.analysis.axes import checked
@@ -404,8 +405,9 @@ def largest_response(
 ) -> tuple[float, float]:
     """Largest major half axis [m, 0-pk] at the measuring plane up to the `highest` speed, and that speed [rad/s].
 
-    Speeds at which a mode grows are left out: there is no steady response. The largest of `count` equal steps is
-    narrowed by three divisions. NaN where no speed carries or is stable.
+    Speeds at which a mode grows are left out: there is no steady response. Around every local maximum of `count` equal
+    steps the least 1/size^2, near a resonance a parabola over the speed, is searched: however sharp a peak is, its
+    height is found. NaN where no speed carries or is stable.
     """
     z, least = (plant.assembly.mesh.probe,), LeastDamped.up_to(plant, pressure, highest)
 
@@ -418,15 +420,19 @@ def largest_response(
             return float("nan")
         return float(half_axes(*whirl(plant, model, speed, unbalances, z)[0])[0])
 
+    def flatness(speed: float) -> float:
+        found = size(speed)
+        return found**-2 if found > 0 else float("inf")
+
     speeds = np.linspace(highest / count, highest, count)
-    sizes = np.array([size(v) for v in speeds.tolist()])
-    step = highest / count
-    for _ in range(3):
-        if not np.isfinite(sizes).any():
-            return float("nan"), float("nan")
-        best, step = float(speeds[np.nanargmax(sizes)]), step / 3
-        near = np.array([v for v in (best - step, best + step) if 0 < v <= highest])
-        speeds = np.concatenate([speeds, near])
-        sizes = np.concatenate([sizes, [size(v) for v in near.tolist()]])
-    k = int(np.nanargmax(sizes))
-    return float(sizes[k]), float(speeds[k])
+    flat = np.array([flatness(v) for v in speeds.tolist()])
+    found = list(zip(flat.tolist(), speeds.tolist(), strict=True))
+    around = np.concatenate([[np.inf], flat, [np.inf]])
+    for k in np.flatnonzero((flat < around[:-2]) & (flat <= around[2:])):
+        span = (speeds[max(k - 1, 0)], speeds[min(k + 1, count - 1)])
+        peak = scipy.optimize.minimize_scalar(
+            flatness, bounds=span, method="bounded", options={"xatol": 1e-6 * highest, "maxiter": 40}
+        )
+        found.append((float(peak.fun), float(peak.x)))
+    least_flat, at = min(found)
+    return (least_flat**-0.5, at) if np.isfinite(least_flat) else (float("nan"), float("nan"))

@@ -78,7 +78,7 @@ RULES = {
         "8 W/N oz in = 12700 W/N g mm, twice the residual 4 W/N oz in, at the antinodes of the mode: in phase at one, "
         "opposed at two", "API 617 lateral analysis", RECALLED,
     ),
-    "vibration": Rule("Avl = 25.4 (12000/N)^0.5 um pk-pk, at most 25.4 um", "API RP 684 SP6.8.2.11", PUBLIC),
+    "vibration": Rule("Avl = 25.4 (12000/N)^0.5 um pk-pk, at most 25.4 um (1 mil)", "API RP 684 SP6.8.2.11", PUBLIC),
     "clearance": Rule(
         "motion pk-pk, scaled to Avl at the worst probe by 0.5 to 6, at most 75 % of the diametral clearance",
         "API RP 684 SP6.8.2.11, API 617 4.8.2.11", RECALLED,

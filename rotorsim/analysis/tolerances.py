@@ -186,8 +186,7 @@ def read_requirements(texts: Iterable[str], what: Sequence[str]) -> tuple[Requir
         match = REQUIREMENT.fullmatch(text)
         if match is None:
             raise DataError(f"--require: '{text}' is not QUANTITY > VALUE; write e.g. 'onset > 30000 rpm'")
-        if CRITICALS not in what or not CRITICAL.fullmatch(match[1]):
-            _known(match[1], what, "--require")
+        _known(CRITICALS if CRITICAL.fullmatch(match[1]) else match[1], what, "--require")
         try:
             limit = float(parse(match[3], unit_of(match[1])))
         except ValueError as error:
@@ -258,7 +257,7 @@ class Equilibria:
 
 @dataclass(frozen=True, eq=False)
 class FollowedSpeed:
-    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode; its sense, its words."""
+    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, mode, sense, mode in words."""
 
     name: str
     speed: float

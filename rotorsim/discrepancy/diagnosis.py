@@ -107,6 +107,7 @@ from rotorsim.discrepancy.judge import (
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, probe_answers
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import (
+    CLEARLY,
     SAMPLED,
     LateProbes,
     check_alternatives,
@@ -891,10 +892,13 @@ class DiagnosisRun:
         return not names or any(abs(own[name][0]) > near[name] + clear * own[name][1] for name in names)
 
     def _acts_late(self) -> bool:
-        """Whether an effect of the machine that was searched explains the records better than late probes do."""
+        """Whether late probes do not explain the records clearly better than each effect of the machine that was fitted.
+
+        Where no effect was fitted, as calibration alone leaves nothing beyond the floor, a seal may act alike.
+        """
         assert self.late is not None
         machine = [h.fit.cost for h in self.tried if not h.failed and REGISTRY[h.forms[0].effect].port != "sensor"]
-        return min(machine, default=np.inf) < self.late.fit.cost
+        return not self.tried or min(machine, default=np.inf) < self.late.fit.cost + CLEARLY
 
     def _hints(self, base: ParameterFit) -> list[str]:
         """Sentence on the effects whose fits are clearly better than the calibration and alike, though no name."""

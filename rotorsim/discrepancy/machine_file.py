@@ -123,8 +123,11 @@ class RecalibratedValue:
 
     @property
     def moved(self) -> bool:
-        """Whether the number has changed by a factor of `MOVED` and by three standard deviations at least."""
-        if not min(self.value, self.before) > 0 or self.unit == "rad":
+        """Whether the number has clearly changed by a factor of `MOVED`, and is neither large nor open.
+
+        Angles have no factor, nor do numbers that are 0 in the file, with which a calibration begins.
+        """
+        if self.large or self.open or not min(self.value, self.before) > 0 or self.unit == "rad":
             return False
         return abs(log(self.value / self.before)) > max(log(MOVED), 3 * self.sd / self.value)
 

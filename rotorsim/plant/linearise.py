@@ -78,6 +78,9 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "relax": 1, "panel_size": 1, "options": {"SymmetricMode": True}}
 """The pattern is symmetric and the diagonal large: half the fill of the default, and no column is padded with zeros."""
 
+DENSE = 1500
+"""States of a part of a film up to which its own rates of relaxation are computed."""
+
 
 @dataclass(frozen=True, eq=False)
 class FilmStates:
@@ -108,14 +111,18 @@ class FilmStates:
         return places
 
     def rates(self, S: np.ndarray) -> np.ndarray:
-        """Rates (kept,) [1/s], above 0, at which states of storage S (kept,) relax, in every part by itself."""
+        """Rates (kept,) [1/s], above 0, at which states of storage S (kept,) relax, in every part by itself.
+
+        Parts of more than `DENSE` states have their diagonal in place of eigenvalues, whose time grows with the cube.
+        """
         scale = sparse.diags(1 / np.sqrt(S))
         J = sparse.csr_matrix(scale @ self.both.real @ scale)
         pairs = J.multiply(J.T)
         symmetric = sparse.csr_matrix(J.sign().multiply(np.sqrt(pairs.maximum(0))))
         count, part = connected_components(symmetric, directed=False)
-        own = (symmetric[part == k][:, part == k].toarray() for k in range(count))
-        return np.abs(np.concatenate([np.linalg.eigvalsh(one) for one in own]))
+        own = (symmetric[part == k][:, part == k] for k in range(count))
+        found = [np.linalg.eigvalsh(one.toarray()) if one.shape[0] <= DENSE else one.diagonal() for one in own]
+        return np.abs(np.concatenate(found))
 
 
 def film_states(film: LinearFilm) -> FilmStates:

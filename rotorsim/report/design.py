@@ -218,8 +218,8 @@ def _unbalances(review: DesignReview) -> Block:
     for case in review.cases:
         for probe, z in review.probes.items():
             sizes = np.where(steady, review.motion(case.name, z), np.nan) * TO_UM
-            k = int(np.nanargmax(sizes)) if np.isfinite(sizes).any() else None
-            rows.append((case.name, probe, None if k is None else at[k] * TO_RPM, None if k is None else sizes[k],
+            largest = np.nanmax(sizes, initial=-np.inf)
+            rows.append((case.name, probe, at[np.nanargmax(sizes)] * TO_RPM if largest > 0 else None, _known(largest),
                          _known(np.nanmax(sizes[within], initial=-np.inf)),
                          _known(review.scales.get(case.name, np.nan))))  # fmt: skip
     text = (
@@ -398,7 +398,7 @@ def response_figure(review: DesignReview) -> go.Figure:
                 figure.add_trace(curve(speed * TO_RPM, sizes, INK, mode.place, 1, "dot", 7), row, 1)
             _add_peak(figure, mode, row)
         _add_operating(figure, review, row)
-        figure.update_yaxes(title_text="µm pk-pk", rangemode="tozero", row=row, col=1)
+        figure.update_yaxes(title_text="motion [µm pk-pk]", rangemode="tozero", row=row, col=1)
     _shade(figure, review, len(cases))
     figure.update_xaxes(title_text="speed [rpm]", row=len(cases), col=1)
     return style(figure, 110 + 210 * len(cases))

@@ -270,11 +270,16 @@ def imperial_figure(figure: Object) -> Object:
 
 
 def _axis_unit(layout: Object, trace: Object, letter: str) -> str | None:
-    """Unit in the title of an axis, else in that of the panel for y, else in that of the axis in the next panel."""
+    """Unit in the title of an axis, else in that of the panel for y, else in that of the axis in the next panel.
+
+    A title may begin with its unit, as that of a colour scale.
+    """
     own = label(layout, trace, letter, aligned=False)
     if not own and letter == "y" and not _is_map(trace):
         own = panel(layout, trace)
-    return unit_in(own if "[" in own else label(layout, trace, letter))
+    text = own if "[" in own else label(layout, trace, letter)
+    leading = LEADING.search(text)
+    return leading[1] if leading else unit_in(text)
 
 
 def _is_map(trace: Object) -> bool:

@@ -452,6 +452,6 @@ def _dimension_row(figure: go.Figure, name: str, places: Sequence[float], y: flo
     for left, right in pairwise(places):
         if right - left > WRITTEN * length:
             figure.add_annotation(
-                x=0.5 * (left + right), y=y + 8 * pixel, text=number(right - left, "mm", ".5g"), showarrow=False
+                x=0.5 * (left + right), y=y, yanchor="bottom", text=number(right - left, "mm", ".5g"), showarrow=False
             )
     figure.add_annotation(x=places[0], y=y, text=name, showarrow=False, xanchor="right", xshift=-10)

@@ -172,7 +172,9 @@ def optimisation_page(result: Optimisation) -> Page:
     blocks = [
         Block("Best machine", text.strip(), (), best),
         Block("Path", "Filled: every limit is kept. The ring is the best step.", figure=path_figure(result)),
-        Block("Step by step", "", heads, rows),
+        Block(
+            "Step by step", "", heads, [[one if isinstance(one, str) else f"{one:.6g}" for one in row] for row in rows]
+        ),
     ]
     about = f"{aim}. Limits: {limits}. {len(rows)} machines; a local search, which need not find the best of all."
     return Page(f"{machine_entry(result.data.attrs)}: optimisation", about, blocks)
@@ -196,6 +198,7 @@ def path_figure(result: Optimisation) -> go.Figure:
                                         marker={"symbol": "circle-open", "size": 16, "color": UNSAFE,
                                                 "line": {"width": 2}}), k, 1)  # fmt: skip
         figure.update_yaxes(title_text=head.replace(" [", "<br>["), row=k, col=1)
-    figure.update_xaxes(title_text="step", dtick=max(1, len(rows) // 10), row=len(heads) - 2, col=1)
+    figure.update_xaxes(dtick=max(1, len(rows) // 10))
+    figure.update_xaxes(title_text="step", row=len(heads) - 2, col=1)
     figure.update_layout(showlegend=False)
     return style(figure, 80 + 170 * (len(heads) - 2))

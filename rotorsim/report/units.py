@@ -54,7 +54,7 @@ BRACKETED = re.compile(rf"\[({_LABELLED}){_END}")
 PLACED = re.compile(rf"(%\{{[^}}]*\}} )({_LABELLED}){_END}")
 """Unit behind a placeholder of the text that a figure shows at a point."""
 LEADING = re.compile(rf"^({_LABELLED}){_END}")
-"""Unit with which the title of a colour scale begins."""
+"""Unit with which the title of a colour scale or of an axis begins."""
 
 
 def check_units(units: str) -> None:

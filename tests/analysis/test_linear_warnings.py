@@ -162,6 +162,16 @@ def test_a_rotor_that_a_bearing_pushes_away_is_neither_stable_nor_safe(coupling,
     assert "without oscillation" in json.loads(capsys.readouterr().out)["warnings"][0]
 
 
+@pytest.mark.parametrize("mass", ["3 kg", "5 kg"])
+def test_the_largest_response_is_the_height_of_a_peak_however_sharp(mass):
+    """Damping ratio .002: the peak is 11 rpm wide, a step of the scan 250 rpm."""
+    machine = load_machine("plain_rotor").replace("discs.0.mass", mass)
+    plant = Plant(machine)
+    size, speed = largest_response(plant, 0.0, 6000 * RPM, unbalances_of(machine, 6000 * RPM))
+    fine = unbalance_response(plant, speed + RPM * np.linspace(-8, 8, 161))["major"].sel(place="measuring plane").values
+    assert size == pytest.approx(fine.max(), rel=1e-4) and fine[[0, -1]].max() < 0.7 * size
+
+
 SLOW = pytest.mark.slow
 SHIPPED = {"bently_rk4": 4900, "dtu_gas_bearing": 20e3, "dtu_first_assembly": 20e3, "plain_rotor": 8000,
            "pump_on_tables": 5000, "rigid_rotor_self_acting": 25e3, "foil_turbo_rotor": 30e3,

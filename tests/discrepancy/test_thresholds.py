@@ -665,14 +665,15 @@ def hypothesis(effect, cost):
                            fit=SimpleNamespace(cost=cost))  # fmt: skip
 
 
-@pytest.mark.parametrize(("effect", "cost", "acts"), [("labyrinth_seal", 27.0, True), ("shaft_bow", 52.0, False),
+@pytest.mark.parametrize(("effect", "cost", "acts"), [("labyrinth_seal", 48.0, True), ("shaft_bow", 52.0, False),
                                                       ("sensor_delay", 27.0, False)])  # fmt: skip
-def test_a_delay_is_refused_unless_an_effect_of_the_machine_explains_the_records_better(effect, cost, acts):
+def test_a_delay_is_refused_where_it_is_clearly_better_than_the_effects_that_were_fitted(effect, cost, acts):
+    """Where none was fitted nothing is refused: a seal that the calibration takes up fits with early probes too."""
     run = run_of_two_records()
     run.late, run.tried = SimpleNamespace(fit=SimpleNamespace(cost=37.0)), (hypothesis(effect, cost),)
     assert run._acts_late() == acts
     run.tried = ()
-    assert not run._acts_late()
+    assert run._acts_late()
 
 
 def test_effects_that_help_and_are_no_name_are_stated_with_what_a_name_takes():

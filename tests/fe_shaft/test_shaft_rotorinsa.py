@@ -141,7 +141,7 @@ def test_a_force_on_the_overhung_disc_is_answered_with_the_published_amplitude_a
 
 
 CONE = [331.51, 334.10, 1196.30, 1202.05, 2304.73, 2312.08, 3516.43, 3524.02]
-"""V2.02.127 at 4000 rpm [Hz]. Its values at rest are another program's, .2 to .8 % lower in the first six modes."""
+"""V2.02.127 at 4000 rpm [Hz]. Its printed values at rest lie .2 to .8 % below ours in six modes; why is open."""
 
 
 def test_a_hollow_cone_on_pins_has_the_pairs_of_cadyro():

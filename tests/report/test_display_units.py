@@ -86,7 +86,7 @@ def test_columns_are_converted_by_their_heads_and_machine_files_stay():
     heads, rows = ("p [MPa]", "order"), [("0.5", "2"), ("-", "1")]
     with unit_system("imperial"):
         shown = html(Page("a", "b", [Block("c", "", heads, rows), Block("d", "", heads, [(0.5, "2")])]))
-    table = "<table><tr><th>p [psi]</th><th>order</th></tr><tr><td>72.5</td><td>2</td></tr>"
+    table = "<table><thead><tr><th>p [psi]</th><th>order</th></tr></thead><tr><td>72.5</td><td>2</td></tr>"
     assert f"{table}<tr><td>-</td><td>1</td></tr></table>" in re.sub(r"\n", "", shown)
     assert shown.count("<td>72.5</td>") == 2
     assert "<td>0.5</td>" in html(Page("a", "b", [Block("c", "", heads, rows)]))
@@ -144,6 +144,12 @@ def test_an_axis_without_brackets_stays_with_its_numbers():
     made = imperial_figure(plain(figure))
     assert made["layout"]["xaxis"]["title"]["text"] == "gap, um rms"
     assert figure_csv(made) == figure_csv(plain(figure))
+
+
+def test_an_axis_whose_title_begins_with_its_unit_takes_its_numbers_along():
+    figure = go.Figure(go.Scatter(x=[1.0, 2.0], y=[25.4, 50.8])).update_yaxes(title_text="µm pk-pk")
+    made = imperial_figure(plain(figure))
+    assert made["layout"]["yaxis"]["title"]["text"] == "mil pk-pk" and made["data"][0]["y"] == [1, 2]
 
 
 def test_categories_that_are_numbers_of_an_axis_are_converted_and_names_stay():

@@ -375,8 +375,9 @@ def test_from_a_keystroke_to_all_panels_redrawn_is_measured(desk_of, capsys, nam
     page, (longest, path) = desk_of(name), KEYSTROKES[name]
     last, taken = "window.deskTimes.filter((one) => one.all).at(-1)", []
     if longest:
-        page.locator("summary").filter(has_text=re.compile(r"^Shaft$")).click()
-        page.locator("[data-part='shaft'] .desk-more").click()
+        page.locator("details:has([data-part='shaft'])").evaluate("one => { one.open = true }")
+        if not field(page, "shaft.max_element_length").count():
+            page.locator("[data-part='shaft'] .desk-more").click()
         field(page, "shaft.max_element_length").fill(longest)
         page.wait_for_function(f"{last}.revision > 0 && {last}.typed")
     for _ in range(int(os.environ.get("ROTORSIM_KEYSTROKES", "8"))):
