@@ -312,7 +312,9 @@ def _fold(grid: FilmGrid, full: dict[tuple[int, int], float], source: bool) -> l
             share = weight / 2 if source else weight
         if not 0 <= row < grid.n_rows:
             raise FilmError(
-                f"injector at {grid.dz * (node - middle):.4g} m from the centre: its orifice leaves the film"
+                f"injectors: one is {grid.dz * (node - middle):.4g} m from the centre: its orifice leaves the film; "
+                "move it inwards or refine the grid",
+                argument="injectors",
             )
         folded[i, row] = folded.get((i, row), 0.0) + share
     return [(i, j, v) for (i, j), v in sorted(folded.items())]

@@ -210,7 +210,7 @@ def build_films(films: Sequence[FilmModel]) -> tuple[Layout, np.ndarray, np.ndar
     if len(laws) > 1:
         raise FilmError("injectors: all must have the same law")
     if len({f.sleeve.foil.bumps for f in films if f.sleeve.foil is not None}) > 1:
-        raise FilmError("foils: all must have the same kind of bumps")
+        raise FilmError("foils: all must have the same kind of bumps; give all points or all strips", argument="foils")
     prints = [[footprint(film.grid, injector) for injector in film.injectors] for film in films]
     count = max(len(p) for p in prints)
     sources = _largest([[len(one.source) for one in p] for p in prints], count)

@@ -89,8 +89,8 @@ OPEN = "not looked at"
 """Verdict of one that is not known to be kept."""
 CHANGED = 1e-3
 """Relative change of a value by which a slope is measured."""
-SPEEDS = re.compile(r"\d+ rpm|, (no|one|\d+) nodes?$")
-"""Speed and shape of a mode in the name of a requirement."""
+OF_MODE = re.compile(r"\d+ rpm|, \S+ Hz, (no|one|\d+) nodes?$")
+"""Speed, frequency and shape of a mode in the name of a requirement."""
 STANDARD_GRAVITY = 9.80665
 """Acceleration [m/s^2]."""
 
@@ -117,6 +117,11 @@ class CriticalSpeed:
     def shape(self) -> str:
         """Number of nodes of the line, in words."""
         return {0: "no node", 1: "one node"}.get(len(self.nodes), f"{len(self.nodes)} nodes")
+
+    @property
+    def in_words(self) -> str:
+        """Sense, frequency and shape, as every page names the mode."""
+        return f"{self.whirl}, {self.speed / (2 * np.pi):.4g} Hz, {self.shape}"
 
     @property
     def decrement(self) -> float:
@@ -396,7 +401,7 @@ def _reserves(plant: Plant, speed: float, pressure: float) -> dict[tuple[str, in
     found: dict[tuple[str, int], tuple[str, float]] = {}
     seen: Counter[str] = Counter()
     for check in design_review(plant, (speed, speed), pressure).checks:
-        stem = SPEEDS.sub("", check.name)
+        stem = OF_MODE.sub("", check.name)
         seen[stem] += 1
         if np.isfinite(check.reserve):
             found[stem, seen[stem]] = check.name, check.reserve
@@ -654,7 +659,7 @@ def _with_peaks(
     speeds, along, major = (responses[name].values for name in ("speed", "z", "major"))
     grows = responses["zeta_least"].values < 0
     peaks = []
-    for case, sizes in zip(cases[:-1], major, strict=False):
+    for case, sizes in zip(cases[:-1], major[:-1], strict=True):
         for place, z in places.items():
             found = standards.half_power(speeds, np.where(grows, np.nan, sizes[:, np.abs(along - z).argmin()]))
             peaks += [(p, place, case.name) for p in found if p.size > UNSEEN]
@@ -830,7 +835,7 @@ def _margin_checks(r: DesignReview) -> Iterator[DesignCheck]:
         elif mode.peak is None:
             how = "1/(2 zeta): no response is steady there, a mode grows"
         name = "critical speed" if mode.peak is None else "peak"
-        name = f"Separation margin of the {name} at {at * TO_RPM:.0f} rpm, {mode.whirl}, {mode.shape}"
+        name = f"Separation margin of the {name} at {at * TO_RPM:.0f} rpm, {mode.in_words}"
         yield DesignCheck(name, "at least", asked, found, "%", verdict, "margin", "",
                           f"amplification factor {mode.amplification:.3g}, {how}")  # fmt: skip
     if not asking:

@@ -228,10 +228,8 @@ def named_quantity(name: str, task: Task) -> SweepQuantity:
 
 
 def modes_in_words(task: Task) -> dict[str, str]:
-    """Every critical speed of the nominal machine in words: its sense, frequency and shape."""
-    return {
-        one.name: f"{one.whirl}, {one.speed / (2 * np.pi):.4g} Hz, {one.shape}" for one in task.followed if one.shape
-    }
+    """Every critical speed of the nominal machine in words."""
+    return {one.name: one.words for one in task.followed if one.words}
 
 
 def unit_of(name: str) -> str:
@@ -259,14 +257,14 @@ class Equilibria:
 
 @dataclass(frozen=True, eq=False)
 class FollowedSpeed:
-    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, the mode; its sense, shape."""
+    """A critical speed or onset of the nominal machine: speed [rad/s], slope of g there, mode, sense, mode in words."""
 
     name: str
     speed: float
     slope: float
     mode: Modes
     whirl: str = ""
-    shape: str = ""
+    words: str = ""
 
     def measure(self, modes: Modes, speed: float) -> float:
         """Function g whose zero is the speed: |s| less the speed, or the damping ratio."""
@@ -298,7 +296,7 @@ def followed_speeds(plant: Plant, pressure: float, highest: float, what: Sequenc
         lines = zip(every.crossings, critical_lines(plant, every), strict=True)
         inside = [(one, line) for one, line in lines if 0 < one.at <= highest]
         for k, (one, line) in enumerate(sorted(inside, key=lambda pair: pair[0].at), 1):
-            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes), line.whirl, line.shape))
+            found.append(FollowedSpeed(f"critical_{k}", one.at, 1.0, _bare(one.modes), line.whirl, line.in_words))
     if "onset" in what:
         onset, frequency, _ = stability_limit(plant, pressure, highest)
         if np.isfinite(onset) and frequency:

@@ -252,6 +252,10 @@ class GasFilm(BearingPart):
         form = self.sleeve
         for path in form.closed if self.orifices else ():
             yield path, "does not go with orifices in the same film; remove the one or the other"
+        for k, row in enumerate(self.orifices):
+            if self.foil is not None and row.pocket_diameter is not None:
+                pocket = show(row.pocket_diameter, "m")
+                yield f"orifices.{k}.pocket_diameter", f"'{pocket}' is cut into a sleeve, not into a foil; remove it"
         yield from form.problems(self.length)
 
 

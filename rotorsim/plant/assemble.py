@@ -222,7 +222,7 @@ def _build(films: tuple[FilmModel, ...]) -> tuple[Layout, np.ndarray, np.ndarray
     try:
         return build_films(films)
     except ValueError as error:
-        raise MachineFileError(f"injectors: {error}; move it inwards or refine the grid") from error
+        raise MachineFileError(str(error)) from error
 
 
 def _no_film() -> tuple[Layout, np.ndarray, np.ndarray]:

@@ -359,7 +359,7 @@ def mode_figure(review: DesignReview) -> go.Figure:
     """Deflected line of every critical speed with bearings, probes and nodes."""
     modes, along = review.criticals, drawn_places(review.plant) * 1e3
     rows = -(-len(modes) // COLUMNS)
-    titles = [f"{k}: {m.speed * TO_RPM:.0f} rpm, {m.whirl}" for k, m in enumerate(modes, 1)]
+    titles = [f"{k}: {m.speed * TO_RPM:.0f} rpm, {m.in_words}" for k, m in enumerate(modes, 1)]
     figure = make_subplots(rows, COLUMNS, shared_xaxes=True, shared_yaxes=True, subplot_titles=titles,
                            horizontal_spacing=0.04, vertical_spacing=0.28 / max(rows, 1))  # fmt: skip
     bearings = [b.position * 1e3 for b in review.plant.machine.bearings]

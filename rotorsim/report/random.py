@@ -75,14 +75,14 @@ def confirmed(result: RandomResult) -> str:
 
 def miss_rows(result: RandomResult) -> list[tuple[str, str, str, str, str]]:
     """Requirement, machines that miss it, those not known, probability and interval."""
-    found = [(in_words(one, result.modes), result.misses(one)) for one in result.requirements]
+    found = [(with_mode(one.text, one.quantity, result.modes), result.misses(one)) for one in result.requirements]
     return [(text, str(k), str(unknown), f"{100 * p:.3g} %", f"{100 * low:.3g} to {100 * high:.3g} %")
             for text, (k, unknown, p, low, high) in found]  # fmt: skip
 
 
-def in_words(one: Requirement, modes: dict[str, str]) -> str:
-    """A requirement as it was given; of a critical speed with the nominal mode that has it."""
-    return f"{one.text} ({modes[one.quantity]})" if one.quantity in modes else one.text
+def with_mode(text: str, quantity: str, modes: dict[str, str]) -> str:
+    """A text on a quantity; of a critical speed with the nominal mode that has it."""
+    return f"{text} ({modes[quantity]})" if quantity in modes else text
 
 
 def share_rows(result: RandomResult) -> list[tuple[str, str, str, str]]:
@@ -158,9 +158,9 @@ def optimisation_page(result: Optimisation) -> Page:
     """Page of a search: the best machine, the path and its steps."""
     heads, rows = result.table()
     quantity_ = quantity_of(result.objective)
-    mode = f" ({result.modes[result.objective]})" if result.objective in result.modes else ""
-    aim = f"{'Largest' if result.largest else 'Smallest'} {quantity_.meaning}{mode}"
-    limits = "; ".join(in_words(one, result.modes) for one in result.requirements) or "none"
+    aim = f"{'Largest' if result.largest else 'Smallest'} {quantity_.meaning}"
+    aim = with_mode(aim, result.objective, result.modes)
+    limits = "; ".join(with_mode(one.text, one.quantity, result.modes) for one in result.requirements) or "none"
     best = list(result.machine.items())
     text = "" if best else "No step keeps every limit."
     if result.best is not None:

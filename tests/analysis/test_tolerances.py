@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import rotorsim as rs
+from rotorsim.analysis.design_review import design_review
 from rotorsim.analysis.optimise import margin
 from rotorsim.analysis.tolerances import (
     AGREED,
@@ -18,6 +19,7 @@ from rotorsim.analysis.tolerances import (
 from rotorsim.campaign.scheduler import spread_on
 from rotorsim.errors import NoLiftOffError
 from rotorsim.plant.simulation import describe, settle
+from rotorsim.report.random import miss_rows, optimisation_page
 
 MASS = "discs.0.mass=+- 4 %, bearings.*.kxx=10 MN/m +- 0.5 MN/m normal"
 
@@ -80,6 +82,22 @@ def test_followed_critical_speeds_are_those_of_whole_searches_and_scale_with_the
     own = rs.analysis.critical_speeds(rs.Plant(rotor.with_(changes)), [0.0], (1,), 420.0)["critical_speed"].values
     assert found.data["critical_2"][k] == pytest.approx(np.nanmax(own), rel=1e-4)
     assert found.shares("critical_2")[0]["discs.0.mass"] > 0.95
+
+
+def test_every_page_names_a_critical_speed_by_its_sense_frequency_and_nodes(rotor, found):
+    """The disc in the middle moves in the first pair and tilts about a node in the third mode, which is backward."""
+    own = rs.analysis.critical_speeds(rs.Plant(rotor), [0.0], (1,), 2000.0)
+    hertz, sense = own["critical_speed"].values.ravel() / (2 * np.pi), own["critical_whirl"].values.ravel()
+    words = [f"{s}, {f:.4g} Hz, {n}" for s, f, n in zip(sense, hertz, ("no node", "no node", "one node"), strict=True)]
+    assert sense.tolist() == ["backward", "forward", "backward"]
+    assert found.modes == {"critical_1": words[0], "critical_2": words[1]}
+    assert miss_rows(found)[0][0] == f"critical_2 > 2640 rpm ({words[1]})"
+    best = rs.analysis.optimise(rotor, {"discs.0.mass": "3.946 kg, 4 kg"}, "-critical_1", highest="4000 rpm")
+    assert f"critical speed 1 ({best.modes['critical_1']})." in optimisation_page(best).introduction
+    review = design_review(rs.Plant(rotor), (1000.0, 1100.0))
+    assert [mode.in_words for mode in review.criticals[:3]] == words
+    named = [check.name for check in review.checks if check.rule == "margin"]
+    assert len(named) == 1 and named[0].endswith(f" rpm, {words[1]}")
 
 
 def test_the_probability_of_a_miss_is_counted_with_its_interval(found):

@@ -1,5 +1,5 @@
 """Published examples: Friswell et al. (2010), 5.9 and 6.9, Nelson & McVaugh (1976), Ward (1913), the program RAPPID,
-measured frequencies of a rotor on leaf springs (Santos 2017).
+measured frequencies of a rotor on leaf springs (script of Santos 2017).
 
 Nelson & McVaugh's tables stand in ANSYS' verification manual too, as VM247 (equal bearings) and VM254 (coupled ones);
 their input files say what the paper's table of stations leaves open: the shaft ends at 35.5 cm.
@@ -185,11 +185,11 @@ MEASURED = {"x": [13.0, 33.6, 43.0], "y": [14.9, 46.0]}
 
 
 def test_a_rotor_whose_bearing_housings_stand_on_leaf_springs_has_the_measured_frequencies():
-    """Santos (2017): shaft 435 mm x 5 mm, two aluminium discs, ball bearings in housings of .407 kg on two leaves each,
-    75 mm x 28.5 mm x 1 mm, clamped at both ends.
+    """FreeShaft.m of jacoboesterby/RotorDynamics (Santos 2017): shaft 435 mm x 5 mm, two aluminium discs, ball bearings
+    in housings of .407 kg on two leaves each, 75 mm x 28.5 mm x 1 mm, clamped at both ends.
 
-    Four within 2 %. The lowest is 6.6 % high, which the springs do not explain: 30 % less stiffness lowers it by 2.7 %
-    and the next horizontal one by 13 %.
+    Four within 2 %. The lowest is ours, 13.86 Hz, and 6.6 % above the measured 13.0 Hz, which the springs do not
+    explain: 30 % less stiffness lowers it by 2.7 % and the next horizontal one by 13 %.
     """
     material, width, thick, long = Material("steel", rho=7800.0, E=2e11, Poisson=0.3), 28.5e-3, 1e-3, 75e-3
     soft, stiff = 2 * 2e11 * width * thick**3 / long**3, 2 * 2e11 * width * thick / long
@@ -202,8 +202,8 @@ def test_a_rotor_whose_bearing_housings_stand_on_leaf_springs_has_the_measured_f
         [BearingElement(n, soft, 0.0, kyy=stiff, mxx=0.40698, myy=0.40698) for n in (0, 12)],
     )
     modes = rotor.run_modal(0.0)
+    assert modes.wn[0] / HZ == pytest.approx(13.86, rel=5e-3)
     for axis, measured in enumerate(MEASURED.values()):
         own, other = (np.abs(modes.shapes[k::4]).max(axis=0) for k in (axis, 1 - axis))
         found = modes.wn[own > other][: len(measured)] / HZ
-        assert found == pytest.approx(measured, rel=0.07)
         assert found[1 - axis :] == pytest.approx(measured[1 - axis :], rel=0.02)

@@ -125,6 +125,8 @@ def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
     {
         f'{FORMS["grooves"]}\norifices = [{{ count = 4, diameter = "0.2 mm" }}]':
             "bearings.0.grooves: does not go with orifices",
+        f'{FORMS["foil"]}\norifices = [{{ count = 4, diameter = "0.2 mm", pocket_diameter = "2 mm" }}]':
+            "bearings.0.orifices.0.pocket_diameter: '2 mm' is cut into a sleeve, not into a foil; remove it",
         'grooves = { on = "sleeve", depth = "9 um", share = 0.5, angle = "28 deg", land = "50 mm" }':
             "bearings.0.grooves.land: '50 mm' leaves no grooves in a film of '40 mm'",
         'steps = [{ count = 8, depth = "9 um", arc = "60 deg" }]': "leaves no land between 8 pockets",
@@ -143,6 +145,21 @@ def test_a_foil_softer_than_its_load_is_refused_with_the_stiffness_that_it_needs
     soft = 'foil = { stiffness = "50 MN/m^3" }'  # 19.4 N on it over 40 x 40 mm bend it by 240 um
     with pytest.raises(NoLiftOffError, match=r"the load bends the foil by '?0?\.?\d+ .?m'?; give a foil well above '"):
         Plant(machine(soft, FORMS["steps"])).equilibrium(2000.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("forms", "argument", "inwards"),
+    [
+        ((FORMS["foil"], FORMS["strips"]), "foils", False),
+        (('orifices = [{ count = 4, diameter = "1 mm", offset = "19.4 mm" }]', ""), "injectors", True),
+    ],
+)
+def test_what_films_cannot_be_built_of_is_refused_with_its_own_way_out(forms, argument, inwards):
+    """Foils of two kinds had the sentence and the way out of an orifice too near to the edge."""
+    with pytest.raises(MachineFileError) as caught:
+        Plant(machine(*forms)).assembly  # noqa: B018
+    assert caught.value.argument == argument and str(caught.value).startswith(f"{argument}: ")
+    assert ("inwards" in str(caught.value)) == inwards
 
 
 def test_all_faults_of_a_machine_file_are_told_in_one_go():
