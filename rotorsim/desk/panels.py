@@ -286,10 +286,16 @@ def panel(
     return register
 
 
-def in_order(names: Sequence[str], films: bool) -> list[str]:
-    """Names of panels as they are computed: first answers in part, then the quick ones, then the slow ones."""
-    begun = [part for part, name in FIRST.items() if films and name in names]
-    return [*begun, *sorted(names, key=SLOW.__contains__)]
+def in_order(names: Sequence[str], films: bool, near: Sequence[str] = ()) -> list[str]:
+    """Names of panels as they are computed: the quick ones, then the slow ones.
+
+    The answer in part of a panel that is near, pinned or on view, comes before all, of another one before that panel.
+    """
+    order = sorted(names, key=SLOW.__contains__)
+    for part, name in FIRST.items():
+        if films and name in names:
+            order.insert(0 if name in near else order.index(name), part)
+    return order
 
 
 def answer(case: DesignCase, name: str) -> Plain:

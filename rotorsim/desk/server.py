@@ -2,7 +2,7 @@
 
 A request for answers is overtaken by the next one of its window: what was not begun is left out. A machine without
 films is answered in this process; one with films in a child process, which ends where nobody waits for its answer any
-more. So nothing that is computed holds up what is typed.
+more; a report in a child of its own. So nothing that is computed holds up what is typed, and no report a panel.
 """
 
 from __future__ import annotations
@@ -284,15 +284,23 @@ class PanelStream:
     _near: Lock = field(default_factory=Lock)
     _far: Lock = field(default_factory=Lock)
     _child: Child | None = None
+    _whole: set[Child] = field(default_factory=set)
     _working: tuple[str, DeskPoint] | None = None
     _closed: bool = False
 
     async def stream(
-        self, design: Design, window: str, names: list[str], point: DeskPoint, of_kept: Sequence[str] = ()
+        self,
+        design: Design,
+        window: str,
+        names: list[str],
+        point: DeskPoint,
+        of_kept: Sequence[str] = (),
+        near: Sequence[str] = (),
     ) -> AsyncIterator[bytes]:
         """A line of JSON for each panel as soon as it is known, until the window asks for something else.
 
-        Those of the kept design A that the window asks for come after those of the design itself.
+        Those of the kept design A that the window asks for come after those of the design itself; `near` are the
+        panels that are pinned or on view.
         """
         revision, machine = design.revision, design.machine
         if machine is None or design.problems:
@@ -305,7 +313,7 @@ class PanelStream:
         self._end_unwanted()
         try:
             for text, one, panels in asked:
-                for name in in_order(panels, bool(one.films) and text == design.text):
+                for name in in_order(panels, bool(one.films) and text == design.text, near):
                     if name in SLOW:
                         await asyncio.sleep(CALM)
                     if self.wanted[window][0] != number:
@@ -344,19 +352,28 @@ class PanelStream:
                 if far:
                     self._working = None
 
-    def whole(self, machine: Machine, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Result of a function about the whole of a machine's text, by the child where that takes long.
+    async def whole(self, request: Request, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Result of a function about the whole of a text, by a child of its own, which ends with the request.
 
-        Raises RotorsimError where the child ends.
+        Raises RotorsimError where the child ends first.
         """
-        far = _takes_long(machine)
-        with self._far if far else self._near:
-            if not far:
-                return function(*arguments)
-            try:
-                return self._call(function, *arguments)
-            except ProcessDiedError as error:
-                raise RotorsimError(f"the process that computes {error}; ask again") from error
+        child = Child()
+        self._whole.add(child)
+        if self._closed:  # asked after `close` can see the child
+            child.kill()
+        left = asyncio.create_task(_left(request))
+        call = asyncio.create_task(asyncio.to_thread(child.call, function, *arguments))
+        try:
+            await asyncio.wait((left, call), return_when=asyncio.FIRST_COMPLETED)
+            if not call.done():
+                child.process.kill()
+            return await call
+        except ProcessDiedError as error:
+            raise RotorsimError(f"the process that computes {error}; ask again") from error
+        finally:
+            left.cancel()
+            child.kill()
+            self._whole.discard(child)
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Result of a function by the child, which is begun where there is none."""
@@ -374,11 +391,18 @@ class PanelStream:
                 child.process.kill()
 
     def close(self) -> None:
-        """End the child, and begin no other."""
+        """End the children, and begin no other."""
         self._closed = True
-        if self._child is not None:
-            with suppress(OSError):
-                self._child.process.kill()
+        for child in (self._child, *self._whole):
+            if child is not None:
+                with suppress(OSError):
+                    child.process.kill()
+
+
+async def _left(request: Request) -> None:
+    """Wait until nobody waits for the answer to a request any more."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
 
 
 async def _content(request: Request) -> dict[str, Any]:
@@ -395,35 +419,50 @@ def _known(names: Any) -> list[str]:
     return [name for name in names if isinstance(name, str) and name in PANELS] if isinstance(names, list) else []
 
 
+def _reply(content: Any) -> Response:
+    """Response of plain data."""
+    return Response(orjson.dumps(content), media_type="application/json", headers={"cache-control": "no-store"})
+
+
 def application(desk: DesignDesk, answers: PanelStream) -> Any:
     """Web application of a desk without access control: the page at /, the design, its answers and its report."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
-    def reply(content: Any) -> Response:
-        body = orjson.dumps(content)
-        return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
-
     @app.get("/desk")
     def state(known: int = -1) -> Response:
-        return reply(desk.state(known))
+        return _reply(desk.state(known))
 
     @app.post("/desk")
     async def act(request: Request) -> Response:
         content = await _content(request)
         brought = desk.act(str(content.pop("act", "")), content)
-        return reply(desk.state() | brought)
+        return _reply(desk.state() | brought)
+
+    @app.post("/run")
+    async def run() -> Response:
+        try:
+            return _reply({"address": await asyncio.to_thread(desk.run_up)})
+        except (RotorsimError, OSError, AssertionError) as error:
+            return _reply({"error": str(error)})
+
+    _add_answers(app, desk, answers)
+    return with_page(app, show_desk, "rotorsim desk")
+
+
+def _add_answers(app: FastAPI, desk: DesignDesk, answers: PanelStream) -> None:
+    """Add what is computed of the design: its panels, its scripts and its report."""
 
     @app.post("/answers")
     async def answer_panels(request: Request) -> Response:
         content = await _content(request)
-        names, of_kept = (_known(content.get(key)) for key in ("panels", "kept"))
+        names, of_kept, near = (_known(content.get(key)) for key in ("panels", "kept", "near"))
         if desk.design is None:
-            return reply({})
+            return _reply({})
         try:
             point = point_of(content)
         except DataError as error:
-            return reply({"error": str(error)})
-        stream = answers.stream(desk.design, str(content.get("window"))[:40], names, point, of_kept)
+            return _reply({"error": str(error)})
+        stream = answers.stream(desk.design, str(content.get("window"))[:40], names, point, of_kept, near)
         return StreamingResponse(stream, media_type="application/x-ndjson", headers={"cache-control": "no-store"})
 
     @app.post("/scripts")
@@ -432,30 +471,21 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
         try:
             assert design is not None and design.machine is not None
             asked = scripts_of, design.text, point_of(content), design.path.name
-            return reply(await asyncio.to_thread(answers.whole, design.machine, *asked))
+            far = _takes_long(design.machine)
+            return _reply(await (answers.whole(request, *asked) if far else asyncio.to_thread(*asked)))
         except (RotorsimError, AssertionError) as error:
-            return reply({"error": str(error)})
-
-    @app.post("/run")
-    async def run() -> Response:
-        try:
-            return reply({"address": await asyncio.to_thread(desk.run_up)})
-        except (RotorsimError, OSError, AssertionError) as error:
-            return reply({"error": str(error)})
+            return _reply({"error": str(error)})
 
     @app.get("/report")
-    async def report(supply: str = "") -> Response:
+    async def report(request: Request, supply: str = "") -> Response:
         if desk.design is None or desk.design.machine is None:
             return Response("begin a design or open one first", media_type="text/plain")
         design = desk.design
         try:
-            asked = report_of, design.text, point_of({"supply": supply})
-            page = await asyncio.to_thread(answers.whole, design.machine, *asked)
+            page = await answers.whole(request, report_of, design.text, point_of({"supply": supply}))
         except RotorsimError as error:
             return Response(str(error), media_type="text/plain; charset=utf-8")
         return Response(page, media_type="text/html; charset=utf-8")
-
-    return with_page(app, show_desk, "rotorsim desk")
 
 
 def make_desk(machine: str | Path | None, folder: Path) -> DesignDesk:

@@ -1,6 +1,7 @@
 """Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
 
 import asyncio
+import os
 import shlex
 import shutil
 import signal
@@ -8,12 +9,10 @@ import subprocess
 import sys
 import tomllib
 import warnings
-from contextlib import suppress
-from http.client import HTTPException
-from http.cookiejar import CookieJar
+from contextlib import contextmanager, suppress
+from http.client import HTTPConnection
 from pathlib import Path
-from threading import Thread
-from urllib.request import HTTPCookieProcessor, build_opener
+from urllib.parse import urlsplit
 
 import numpy as np
 import orjson
@@ -415,35 +414,83 @@ def test_a_table_that_no_bearing_can_have_is_refused_with_the_name_of_its_file(d
     assert (error.value.argument, error.value.value) == (path, "supplier.csv") and design.text == before
 
 
-@pytest.mark.parametrize("asked", ["answers", "report"])
-def test_ctrl_c_ends_a_desk_whose_child_computes_and_the_child(tmp_path, asked):
-    """The child is stopped, so that a desk that waits for it never ends."""
+def begun_by(desk):
+    """Children that run their own program: one stopped before would hold the desk in its system call."""
+    return [one for one in psutil.Process(desk.pid).children() if "rotorsim.base.processes" in one.cmdline()]
+
+
+@contextmanager
+def computing(tmp_path, name, asked):
+    """A desk, its child that computes what was asked and the connection that waits for it.
+
+    The child is stopped, so that a desk that waits for it never ends.
+    """
     path = tmp_path / "rotor.toml"
-    path.write_bytes(machine_text("rigid_rotor_self_acting").encode())
+    path.write_bytes(machine_text(name).encode())
     words = [sys.executable, "-m", "rotorsim", "desk", str(path), "--no-browser", "--keep-open"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as desk:
-        address = desk.stdout.readline().split()[-1]
-        opener = build_opener(HTTPCookieProcessor(CookieJar()))
-        opener.open(address).close()
+        address = urlsplit(desk.stdout.readline().split()[-1])
+        waiting = HTTPConnection(address.netloc)
+        waiting.request("GET", f"/?{address.query}")
+        with waiting.getresponse() as welcome:
+            cookie = {"Cookie": welcome.headers["set-cookie"].partition(";")[0]}
+            welcome.read()
         content = orjson.dumps({"window": "w", "panels": ["campbell"]}) if asked == "answers" else None
-
-        def ask():
-            with suppress(OSError, HTTPException), opener.open(address.partition("?")[0] + asked, content) as answer:
-                answer.read()
-
-        waiting = Thread(target=ask, daemon=True)
-        waiting.start()
-        child = until(psutil.Process(desk.pid).children, desk)[0]
+        waiting.request("POST" if content else "GET", f"/{asked}", content, cookie)
+        child = until(lambda: begun_by(desk), desk)[0]
         child.suspend()
-        desk.send_signal(signal.SIGINT)
         try:
+            yield desk, child, waiting
+            desk.send_signal(signal.SIGINT)
             assert desk.wait(PATIENCE) == 0
             assert "Traceback" not in desk.stderr.read()
             assert not psutil.wait_procs([child], PATIENCE)[1]
         finally:
+            waiting.close()
             desk.kill()
             with suppress(psutil.NoSuchProcess):
                 child.kill()
+
+
+FILMS = "rigid_rotor_self_acting"
+
+
+@pytest.mark.parametrize(("name", "asked"), [(FILMS, "answers"), (FILMS, "report"), ("pump_on_tables", "report")])
+def test_ctrl_c_ends_a_desk_whose_child_computes_and_the_child(tmp_path, name, asked):
+    with computing(tmp_path, name, asked):
+        pass
+
+
+def test_a_report_that_nobody_waits_for_any_more_is_given_up(tmp_path):
+    with computing(tmp_path, "plain_rotor", "report") as (desk, child, waiting):
+        waiting.close()
+        assert not psutil.wait_procs([child], PATIENCE)[1] and desk.poll() is None
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+@pytest.mark.parametrize("name", ["plain_rotor", FILMS])
+def test_a_panel_answers_while_a_report_is_under_way(tmp_path, name):
+    """The report reads a pipe: it is under way once the pipe is open, and ends with what is written there later."""
+    text = machine_text(name)
+    answers, design = PanelStream(), Design(text, tmp_path / "rotor.toml")
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+
+    async def both():
+        request = Request({"type": "http"}, asyncio.Event().wait)
+        report = asyncio.create_task(answers.whole(request, Path.read_text, pipe))
+        with await asyncio.to_thread(open, pipe, "w") as writer:
+            lines = [orjson.loads(line) async for line in answers.stream(design, "w", ["modes"], DeskPoint(top=3000.0))]
+            under_way = not report.done()
+            writer.write("the report")
+        return lines, under_way, await report
+
+    try:
+        lines, under_way, page = asyncio.run(both())
+    finally:
+        answers.close()
+    assert [line["panel"] for line in lines] == ["modes"] and "error" not in lines[0]["answer"]
+    assert under_way and page == "the report"
 
 
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")

@@ -203,14 +203,15 @@ def test_films_answer_the_response_at_some_of_its_speeds_first():
 
 
 def test_what_is_answered_in_part_first_comes_before_the_other_panels_of_films_alone():
-    assert in_order(["clearance", "campbell", "response"], True) == [
-        "first response",
-        "campbell",
-        "response",
-        "clearance",
-    ]
+    names = ["clearance", "campbell", "response"]
+    assert in_order(names, True, ["response"]) == ["first response", "campbell", "response", "clearance"]
+    assert in_order(["campbell"], True, ["response"]) == ["campbell"]
     assert in_order(["response", "campbell"], False) == ["response", "campbell"]
-    assert in_order(["campbell"], True) == ["campbell"]
+
+
+def test_what_is_answered_in_part_first_of_a_panel_off_view_stays_behind_those_on_view():
+    names = ["campbell", "modes", "response", "clearance"]
+    assert in_order(names, True, ["campbell"]) == ["campbell", "modes", "first response", "response", "clearance"]
 
 
 def test_a_clearance_that_is_stable_up_to_the_speed_searched_is_above_every_onset():

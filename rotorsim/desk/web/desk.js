@@ -189,6 +189,7 @@ export default {
       }
       if (sent.act === "set") delete this.refused[sent.path];
       else if (!refused) this.refused = {};
+      if (!refused && !answer.conflict) for (const [path, one] of Object.entries(this.refused)) if (one.text === undefined) delete this.refused[path];
       this.conflict = Boolean(answer.conflict);
       this.sentence = "";
       if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
@@ -197,10 +198,12 @@ export default {
       if (answer.chosen) this.choose(answer.chosen);
       this.take(answer);
     },
-    // An act that another field forbids is answered there too.
+    // An act that another field forbids is answered there too, until an act is accepted; nothing was typed there.
     pointAt({ field, reason }) {
+      const part = this.state.groups?.flatMap((one) => one.parts).find((part) => part.fields.some((one) => one.path === field));
+      if (!part) return;
       this.refused[field] = { sentence: reason };
-      this.choose(this.state.groups.flatMap((one) => one.parts).find((part) => part.fields.some((one) => one.path === field)).path);
+      this.choose(part.path);
     },
     take(state) {
       const other = !this.state || this.state.revision !== state.revision || !state.groups !== !this.state.groups;
@@ -231,8 +234,7 @@ export default {
     // Pinned panels come first, then those on view; those of films wait until nothing was typed for a moment.
     ask() {
       clearTimeout(this.calm);
-      const place = (name) => (this.pinned[name] ? 0 : this.seen.has(name) ? 1 : 2);
-      const names = this.panels.map((one) => one.name).filter((name) => !this.unasked(name)).sort((a, b) => place(a) - place(b));
+      const names = this.panels.map((one) => one.name).filter((name) => !this.unasked(name)).sort((a, b) => this.place(a) - this.place(b));
       this.waiting = Object.fromEntries(names.map((name) => [name, true]));
       if (!this.state.films || this.state.large) return this.stream(names);
       const near = this.stream(["static"]), own = this.streaming;
@@ -242,9 +244,12 @@ export default {
       }, CALM);
       return near;
     },
+    place(name) {
+      return this.pinned[name] ? 0 : this.seen.has(name) ? 1 : 2;
+    },
     async stream(names) {
       const kept = this.kept ? names.filter((name) => !this.kept[name]) : [];
-      const content = { window: WINDOW, panels: names, kept, ...this.point };
+      const content = { window: WINDOW, panels: names, kept, near: names.filter((name) => this.place(name) < 2), ...this.point };
       if (this.streaming) this.streaming.abort();
       const own = (this.streaming = new AbortController());
       try {
