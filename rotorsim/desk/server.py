@@ -470,9 +470,10 @@ def _add_answers(app: FastAPI, desk: DesignDesk, answers: PanelStream) -> None:
         content, design = await _content(request), desk.design
         try:
             assert design is not None and design.machine is not None
-            asked = scripts_of, design.text, point_of(content), design.path.name
-            far = _takes_long(design.machine)
-            return _reply(await (answers.whole(request, *asked) if far else asyncio.to_thread(*asked)))
+            asked = design.text, point_of(content), design.path.name
+            if _takes_long(design.machine):
+                return _reply(await answers.whole(request, scripts_of, *asked))
+            return _reply(await asyncio.to_thread(scripts_of, *asked))
         except (RotorsimError, AssertionError) as error:
             return _reply({"error": str(error)})
 
