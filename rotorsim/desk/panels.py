@@ -309,7 +309,7 @@ def answer(case: DesignCase, name: str) -> Plain:
     """
     if name in FIRST:
         return {"title": TITLES[name], "first": True} | _first_response(case)
-    found = {"title": TITLES[name]} | PANELS[name](case)
+    found: Plain = {"title": TITLES[name]} | PANELS[name](case)
     for axis in ("x", "y"):
         if "range" in found.get(axis, {}):
             found[axis]["range"] = _plain(found[axis]["range"])
