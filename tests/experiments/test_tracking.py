@@ -114,7 +114,7 @@ def test_sub_synchronous_whirl_is_found_with_its_ratio() -> None:
 
 
 def test_whirl_of_a_fast_ramp_is_not_smeared_over_the_run() -> None:
-    """From 12,000 to 26,000 rpm in .35 s the line moves by 110 Hz: one spectrum of the whole run shows a third of it."""
+    """From 12,000 to 26,000 rpm in .35 s the line moves by 110 Hz: one spectrum of all shows a third of it."""
     time, speed, angle = ramp(0.35, 200.0, 433.0)
     whirl = 3e-6 * np.exp(1j * angle) + 36e-6 * np.exp(0.48j * angle)
     found = largest_sub_synchronous(waterfall(record_of(time, speed, angle, np.column_stack((whirl.real, whirl.imag)))))
