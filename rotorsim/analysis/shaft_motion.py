@@ -428,7 +428,7 @@ def largest_response(
     flat = np.array([flatness(v) for v in speeds.tolist()])
     found = list(zip(flat.tolist(), speeds.tolist(), strict=True))
     around = np.concatenate([[np.inf], flat, [np.inf]])
-    for k in np.flatnonzero((flat < around[:-2]) & (flat <= around[2:])):
+    for k in np.flatnonzero((flat < around[:-2]) & (flat <= around[2:])).tolist():
         span = (speeds[max(k - 1, 0)], speeds[min(k + 1, count - 1)])
         peak = scipy.optimize.minimize_scalar(
             flatness, bounds=span, method="bounded", options={"xatol": 1e-6 * highest, "maxiter": 40}
