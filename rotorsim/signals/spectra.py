@@ -140,7 +140,7 @@ def waterfall(record: xr.Dataset, lines: int = 120, max_frequency: float = 500.0
         raise DataError(f"record: {n} samples make no spectrum; give at least 2")
     ends = np.asarray(record["time"].isel(time=[0, -1]).values, float)
     dt = (ends[1] - ends[0]) / (n - 1)
-    change = float(np.ptp(record["speed"].isel(time=[0, -1]).values)) / (2 * np.pi)
+    change = abs(float(record["speed"][-1]) - float(record["speed"][0])) / (2 * np.pi)
     least = min(SECONDS, np.sqrt(SWEPT * n * dt / change)) if change else SECONDS
     count = int(np.clip(n * dt / least, 1, lines))
     edges = np.linspace(0, n, count + 1).astype(int)

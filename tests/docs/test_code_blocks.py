@@ -35,7 +35,7 @@ NOT_RUN = (
     (r"^rotorsim diagnose my_rotor.toml measured", "needs the reader's records; docs/gap.md runs the command nightly"),
     (r"scheduler|^head\$|^node\$|^--tls", "needs a cluster; tests/campaign starts schedulers of its own"),
     (r"^(store\.json|index\.sqlite|cases/|campaign\.log)", "a list of files"),
-    (r"^(v = C x|d\(p h\))", "an equation"),
+    (r"^(v = C x|d\(p h\)|eta\(x\) = )", "an equation"),
     (r"^(>>>|AttributeError)", "shown by tests/base/test_public_names.py"),
     (r"dask_jobqueue", "needs a batch system"),
     (r"libcosimpy|ecospy", ".ci/optional/importers runs the units in these programs"),

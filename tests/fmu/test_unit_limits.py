@@ -104,7 +104,7 @@ def test_an_rpm_number_in_rad_per_s_is_warned_of_once(unit):
 
 def test_the_run_ends_where_the_journal_is_deeper_in_its_sleeve_than_the_clearance(unit):
     instance, log = logged(unit)
-    instance.set({"disc.force_x": 1e6})
+    instance.set({"disc.force_x": 1e5})
     with pytest.raises(Exception, match="status 3"):
         instance.step(0.0, 0.2)
     assert log[-1][0] == 3 and "the journal is inside its sleeve, deeper than 25 um" in log[-1][1]

@@ -546,6 +546,8 @@ def try_step(w, ix, P, dt):
         if solve_motion(w, ix, P, stage, t, angle, speed, acceleration, tau, adt) < 0:
             take_films_back(w)
             w[ROTOR.matrix_step] = 0.0
+            # the smaller step begins with the pressures that are there: no mass is carried into a gap that is not known
+            w[FILM.convergence + SURPRISE] = 0.0
             return NOT_CONVERGED
         if RIG.n_contact > 0 and stage == TO_END and P.corrections == 0.0:
             error = contact_error(w, P, dt, adt)
