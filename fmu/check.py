@@ -415,7 +415,7 @@ VALUES = "ssp/schema/SystemStructureParameterValues.xsd"
 VALUES_ROOT = "{http://ssp-standard.org/SSP1/SystemStructureParameterValues}ParameterSet"
 """The schema of systems lets anything stand where the values of parameters are."""
 UNCHECKED = "not checked, as FMPy has no schema of SSP 2.0"
-"""Remark on a file without a schema, which is no violation."""
+"""Remark on a file without a schema: it breaks no rule that could be checked."""
 LS_ROOT = "{http://fmi-standard.org/fmi-ls-manifest}fmiLayeredStandardManifest"
 
 

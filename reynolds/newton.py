@@ -281,7 +281,7 @@ def read_ring(w, ix, L):
 
 
 @inlined
-def bend_flows(w, L, iadt, flows, dx, dy):
+def chord_flows(w, L, iadt, flows, dx, dy):
     """Chords of the injectors' flows to where the film flows from offset `flows` and the journal's move lead, in place
     of tangents; returns whether they differ."""
     table = nozzle_table(w, L.nozzle)
@@ -311,8 +311,8 @@ def bend_flows(w, L, iadt, flows, dx, dy):
 
 
 @inlined
-def near_line(w, L):
-    """Whether tangents of the injectors' flows serve: the stage is not distant, or in trouble and has chords anyway."""
+def tangents_serve(w, L):
+    """Whether tangents of the injectors' flows serve: near a stage's starting values, and where the residual has chords."""
     return w[L.convergence + DISTANT] == 0.0 or w[L.convergence + CAREFUL] > 0.0 or L.n_inj == 0
 
 
@@ -323,7 +323,7 @@ def solve_borders(w, ix, L, iadt):
     solve_small(w, ix, L, fx, fy)
     w[L.convergence + BOWED] = 0.0
     for _ in range(CHORDS):
-        if near_line(w, L) or not bend_flows(w, L, iadt, L.small, w[L.small + L.n_inj], w[L.small + L.n_inj + 1]):
+        if tangents_serve(w, L) or not chord_flows(w, L, iadt, L.small, w[L.small + L.n_inj], w[L.small + L.n_inj + 1]):
             return
         w[L.convergence + BOWED] = 1.0
         solve_small(w, ix, L, fx, fy)
@@ -519,7 +519,7 @@ def read_correction(w, ix, L, iadt):
     eliminate_flows(w, ix, L, fx, fy)
     w[L.convergence + BOWED] = 0.0
     for _ in range(CHORDS):
-        if near_line(w, L) or not bend_flows(w, L, iadt, L.small + L.n_border, 0.0, 0.0):
+        if tangents_serve(w, L) or not chord_flows(w, L, iadt, L.small + L.n_border, 0.0, 0.0):
             return
         w[L.convergence + BOWED] = 1.0
         eliminate_flows(w, ix, L, fx, fy)

@@ -405,7 +405,7 @@ def largest_response(
 ) -> tuple[float, float]:
     """Largest major half axis [m, 0-pk] at the measuring plane up to the `highest` speed, and that speed [rad/s].
 
-    Speeds at which a mode grows are left out: there is no steady response. Around every local maximum of `count` equal
+    Speeds at which a mode grows, without a steady response, are left out. Around every local maximum of `count` equal
     steps the least 1/size^2, near a resonance a parabola over the speed, is searched: however sharp a peak is, its
     height is found. NaN where no speed carries or is stable.
     """
