@@ -312,7 +312,7 @@ def chord_flows(w, L, iadt, flows, dx, dy):
 
 @inlined
 def tangents_serve(w, L):
-    """Whether tangents of the injectors' flows serve: near a stage's starting values, and where the residual has chords."""
+    """Whether tangents of the injectors' flows serve: in stages near their start, and where the residual has chords."""
     return w[L.convergence + DISTANT] == 0.0 or w[L.convergence + CAREFUL] > 0.0 or L.n_inj == 0
 
 
