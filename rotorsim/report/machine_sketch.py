@@ -266,6 +266,8 @@ BUMPS = 6
 """Bumps of a foil in a drawing."""
 LETTER, LINE = 6.5, 16.0
 """Width [px] of a letter of a part's name, and height [px] of a line of names."""
+NARROW_PAPER = 560.0
+"""Least width [px] that the names of parts are kept apart on."""
 
 
 @dataclass(frozen=True)
@@ -378,15 +380,15 @@ def machine_drawing(machine: Machine) -> go.Figure:
     left, right = (f(z for one in view.shapes for z, _ in one.corners) for f in (min, max))
     pixel = (right - left + 2.4 * room) / PAPER
     _diameters(figure, view)
-    low, high = _dimensions(figure, view, pixel), 1.25 * top + _part_names(figure, view, pixel)
+    low, named = _dimensions(figure, view, pixel), _part_names(figure, view, left - room, right + room)
     figure.add_shape(type="line", x0=start - room / 2, x1=start + length + room / 2, y0=0, y1=0,
                      line={"color": INK, "width": 0.8, "dash": "dashdot"})  # fmt: skip
-    style(figure, int(min((high - low) / pixel, 2 * TALL) + 60), hovermode="closest", dragmode=False)
+    style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60 + named), hovermode="closest", dragmode=False)
     figure.update_xaxes(title_text="position along the shaft [mm]", showgrid=False,
                         range=[left - 1.6 * room, right + 0.8 * room])  # fmt: skip
     figure.update_yaxes(title_text="radius [mm]", visible=False, scaleanchor="x", scaleratio=1, constrain="domain",
-                        range=[low, high])  # fmt: skip
-    figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)
+                        range=[low, 1.25 * top])  # fmt: skip
+    figure.update_layout(margin={"l": 12, "r": 12, "t": 6 + named, "b": 42}, showlegend=False)
     return figure
 
 
@@ -456,16 +458,18 @@ def _named(machine: Machine) -> Iterator[tuple[float, str]]:
             yield 500 * (layer.position + layer.end), layer.name
 
 
-def _part_names(figure: go.Figure, view: SideView, pixel: float) -> float:
-    """Names of the parts above them, in as many lines as keep them apart; the height [mm] that they take."""
-    ends: list[float] = []
+def _part_names(figure: go.Figure, view: SideView, low: float, high: float) -> float:
+    """Names of the parts above them, in as many lines as keep them apart between two ends [mm]; their height [px]."""
+    letter, ends = LETTER * (high - low) / NARROW_PAPER, list[float]()
     for z, text in sorted(view.names):
-        half = 0.5 * LETTER * len(text) * pixel
+        half = min(0.5 * letter * len(text), 0.5 * (high - low))
+        z = min(max(z, low + half), high - half)
         line = next((k for k, end in enumerate(ends) if end < z - half), len(ends))
-        ends[line : line + 1] = [z + half + LETTER * pixel]
-        y = 1.3 * view.top + (line + 0.5) * LINE * pixel
-        figure.add_annotation(x=z, y=y, text=text, showarrow=False)
-    return len(ends) * LINE * pixel + 0.05 * view.top
+        ends[line : line + 1] = [z + half + letter]
+        figure.add_annotation(
+            x=z, y=1.25 * view.top, yanchor="bottom", yshift=line * LINE, text=text, showarrow=False
+        )
+    return len(ends) * LINE
 
 
 def _dimension_rows(machine: Machine, planes: Sequence[float]) -> dict[str, list[float]]:

@@ -234,7 +234,7 @@ def test_the_drawing_shows_foils_mouths_and_collars_where_they_are_and_keeps_nam
     collars = [max(y for _, y in one.corners) for one in side_view(thrust).shapes if one.kind == "collar"]
     assert collars == pytest.approx([500 * one.outer_diameter for one in thrust.thrust_bearings])
     notes = [a for a in machine_drawing(thrust).layout.annotations if "\N{DIAMETER SIGN}26" in a.text]
-    assert len(notes) == 2 and notes[0].x == notes[1].x and notes[0].y != notes[1].y
+    assert len(notes) == 2 and notes[0].x == notes[1].x and notes[0].yshift != notes[1].yshift
 
 
 def test_the_sensitivity_of_the_shipped_law_is_that_of_python_control_and_an_unstable_loop_has_none(tmp_path):
