@@ -132,8 +132,9 @@ def _injection(machine: MachineTables) -> Problems:
         yield "injection.bearing", f"{common.bearing:g} {_no_film(machine)}"
     if machine.injectors and machine.pinned_film is not None:
         film = machine.films[machine.pinned_film]
-        for name in film.sleeve.closed:
-            yield "injectors", f"feed a film whose sleeve has '{name}'; remove the ones or the other"
+        reach = max(abs(one.offset) for one in machine.injectors) + common.orifice_diameter / 2
+        path = f"bearings.{machine.film_bearings[machine.pinned_film]}"
+        yield from ((f"{path}.{name}", why) for name, why in film.sleeve.unfed(reach))
 
 
 def _one_law(machine: MachineTables) -> Problems:

@@ -252,8 +252,7 @@ class GasFilm(BearingPart):
     def problems(self) -> Iterator[tuple[str, str]]:
         """Orifices stand in a sleeve that can be fed, and its forms fit it and each other."""
         form = self.sleeve
-        for path in form.closed if self.orifices else ():
-            yield path, "does not go with orifices in the same film; remove the one or the other"
+        yield from form.unfed(max(abs(row.offset) + row.mouth / 2 for row in self.orifices)) if self.orifices else ()
         for k, row in enumerate(self.orifices):
             if self.foil is not None and row.pocket_diameter is not None:
                 pocket = show(row.pocket_diameter, "m")
