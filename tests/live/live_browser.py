@@ -1,6 +1,7 @@
 """Live page in a real browser: start of the rig, reading and setting of its controls.
 
-These tests take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/run does.
+These tests take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/run does for the
+live page and the nightly job for all.
 """
 
 import os
