@@ -484,7 +484,7 @@ def _clearance(case: DesignCase) -> Plain:
     texts = [(row[0], *(BRIEF.get(one[k], one[k]) if v is None else v for v, one in zip(row[1:], why, strict=True)))
              for k, row in enumerate(rows)]  # fmt: skip
     return {
-        "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
+        "x": {"label": heads[0].replace("bearings.*.", "")},  # with room for the marks at its ends
         "y": {"label": "onset of whirl [rpm]", "zero": True},
         "curves": [_curve("onset of whirl", at, onset, 0),
                    _curve("stable up to here", at, beyond, 1, marks="f" * len(at)),

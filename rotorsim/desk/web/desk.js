@@ -26,7 +26,7 @@ export default {
   </section>
   <template v-if="state && state.groups">
   <div class="desk-bar" role="toolbar" aria-label="design">
-    <span class="desk-file" data-file>{{ state.name }}<em data-saved>{{ state.saved ? "saved" : "edits not saved" }}</em></span>
+    <span class="desk-file" data-file>{{ state.name }}<em data-saved>{{ state.saved ? "saved" : "not saved" }}</em></span>
     <button @click="act('undo')" :disabled="!state.undo" title="Ctrl+Z">Undo</button>
     <button @click="act('redo')" :disabled="!state.redo" title="Ctrl+Y">Redo</button>
     <button @click="act('save')" :disabled="state.saved" title="Ctrl+S">Save</button>
@@ -187,12 +187,13 @@ export default {
         for (const [name, one] of Object.entries(this.answers)) if (!one.first) this.before[name] = one;
         this.last = group;
       }
-      if (sent.act === "set") delete this.refused[sent.path];
-      else if (!refused) this.refused = {};
-      if (!refused && !answer.conflict) for (const [path, one] of Object.entries(this.refused)) if (one.text === undefined) delete this.refused[path];
+      for (const [path, one] of Object.entries(this.refused)) {
+        if (this.acts.some((next) => next.act === "set" && next.path === path)) continue; // typed after what is answered here
+        if (sent.act === "set" ? path === sent.path || (!refused && one.text === undefined) : !refused) delete this.refused[path];
+      }
       this.conflict = Boolean(answer.conflict);
       this.sentence = "";
-      if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
+      if (refused && sent.act === "set") this.refused[sent.path] = { text: this.refused[sent.path]?.text ?? sent.text, sentence: refused.sentence };
       else if (refused) this.sentence = refused.sentence;
       if (refused?.field) this.pointAt(refused);
       if (answer.chosen) this.choose(answer.chosen);
@@ -304,7 +305,6 @@ export default {
     },
     typed(field, text) {
       this.typedAt = performance.now();
-      this.typing = field.path;
       this.refused[field.path] = { text, sentence: this.refused[field.path]?.sentence || "" };
       this.act("set", { path: field.path, text, burst: String(this.burst) });
     },
