@@ -152,7 +152,7 @@ async def _welcome(send: Send, cookie: str, method: str) -> None:
     headers = [(b"content-type", b"text/html; charset=utf-8"), (b"set-cookie", cookie.encode())]
     headers += [(b"cache-control", b"no-store"), (b"referrer-policy", b"no-referrer")]
     await send({"type": "http.response.start", "status": 200, "headers": headers})
-    body = b"" if method == "HEAD" else b'<meta http-equiv="refresh" content="0; url=/">\n'
+    body = b"" if method == "HEAD" else b'<meta name="color-scheme" content="light dark"><meta http-equiv="refresh" content="0; url=/">\n'
     await send({"type": "http.response.body", "body": body})
 
 

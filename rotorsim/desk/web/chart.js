@@ -41,8 +41,8 @@ export class Chart {
       curve(g, map, one, shade(colours, one.colour), one.colour < 0 ? 1 : 1.8, one.dash ? [6, 4] : []);
       senses(g, map, one, shade(colours, one.colour));
     }
-    rings(g, map, answer.rings, colours.ink);
     g.restore();
+    rings(g, box, map, answer.rings, colours.ink);
     if (cursor !== null) this.values(g, colours, box, map, x, answer);
   }
   again(cursor) {
@@ -125,11 +125,12 @@ function senses(g, map, one, colour) {
   }
 }
 
-function rings(g, map, found, colour) {
+function rings(g, box, map, found, colour) {
   if (!found) return;
   g.strokeStyle = colour;
   g.lineWidth = 1.6;
   for (let i = 0; i < found[0].length; i++) {
+    if (map.py(found[1][i]) < box.y) continue;
     g.beginPath();
     g.arc(map.px(found[0][i]), map.py(found[1][i]), 5.5, 0, 7);
     g.stroke();

@@ -358,7 +358,7 @@ CONTRAST = """() => {
     }
     return document.body.classList.contains("body--dark") ? [18, 18, 18] : [255, 255, 255];
   };
-  const seen = [...document.querySelectorAll(".desk *")].filter((one) => one.checkVisibility() && !one.disabled &&
+  const seen = [...document.querySelectorAll(".desk *, .live-head *")].filter((one) => one.checkVisibility() && !one.disabled &&
     !one.closest("svg") && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));
   return seen.map((one) => {
     const [a, b] = [light(parts(getComputedStyle(one).color)), light(behind(one))];
