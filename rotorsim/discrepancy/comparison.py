@@ -470,13 +470,22 @@ def plant_of(
 ) -> tuple[Twin, Setting, Setting | None]:  # fmt: skip
     """The twin that runs a trial at a point, its setting there, and that of a `near` point.
 
-    Candidates that are off cost time, so that it has few besides those which are turned.
+    Candidates that are off cost time, so that it has few besides those which are turned. The motion near a step of any
+    of them is one, whatever their options.
     """
+    near = None if near is None else at_work(twin, near)
     values, begin = (
         None if p is None else p.setting(twin, trial.speed, trial.pressure, trial.changes) for p in (point, near)
     )
     assert values is not None
     return twin.lean(values, begin), values, begin
+
+
+def at_work(twin: Twin, point: ParameterPoint) -> ParameterPoint:
+    """The point without options that are held for effects which are off: they change nothing."""
+    turned, own = {k.key.split(".")[0] for k in point.values}, twin.machine.effects
+    on = turned | {name for name, table in twin.slots.items() if table < len(own.get(name, ()))}
+    return replace(point, fixed={key: v for key, v in point.fixed.items() if key.split(".")[0] in on})
 
 
 def rounded(trial: Trial) -> Trial:
@@ -538,11 +547,8 @@ class SensitivityColumns:
         return self.cache.array(key, shape, computed)
 
     def _at(self, point: ParameterPoint) -> np.ndarray:
-        """The response at a point; options that are held for an effect that is off change nothing."""
-        slots, own = self.comparison.twin.slots, self.comparison.twin.machine.effects
-        at_work = {name for name, table in slots.items() if table < len(own.get(name, ()))}
-        fixed = {key: v for key, v in point.fixed.items() if key.split(".")[0] in at_work or point.values}
-        same = replace(point, fixed=fixed)
+        """The response at a point."""
+        same = at_work(self.comparison.twin, point)
         known = next((y for p, y in self.here if (p.values, p.fixed) == (same.values, same.fixed)), None)
         if known is None:
             known = self.rough.predict(same)
