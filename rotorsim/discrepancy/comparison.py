@@ -58,7 +58,7 @@ QUARTER, FEWEST_RECORDS = 0.02, 3
 later; least records for which that is tried on one."""
 SAME_ANGLE = 0.01
 """Angle [rad] within which records that repeat each other begin, so that their derivatives are alike."""
-MOST_KNOWN, MOST_SPECTRA = 128, 12
+MOST_KNOWN, MOST_SPECTRA = 256, 12
 """Responses that are kept, and spectra by blocks."""
 SIGMAS, LEAST_EXCESS = 6.0, 20.0
 """Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
@@ -160,10 +160,7 @@ class TwinComparison:
     def _response(
         self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None = None
     ) -> np.ndarray:  # fmt: skip
-        """Simulated response (n,) [m]; not computed again where it is known, or in the cache.
-
-        Those near another point are steps of finite differences, each of which is needed once.
-        """
+        """Simulated response (n,) [m]; not computed again where it is known, or in the cache."""
         key = self.key(point, twin, whole, *([_numbers(near)] if near is not None else []))
         if (found := self.known.pop(key, None)) is None:
 
@@ -171,10 +168,9 @@ class TwinComparison:
                 return self._joined(self.spectra(point, twin, whole, near))
 
             found = computed() if self.cache is None else self.cache.array(key, self.measured.shape, computed)
-        if near is None:
-            for old in list(self.known)[: 1 - MOST_KNOWN]:
-                del self.known[old]
-            self.known[key] = found
+        for old in list(self.known)[: 1 - MOST_KNOWN]:
+            del self.known[old]
+        self.known[key] = found
         return found
 
     def key(self, point: ParameterPoint, twin: Twin, *more: Any) -> str:
