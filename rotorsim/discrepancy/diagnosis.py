@@ -185,6 +185,8 @@ SEEN_FROM = (
     "two together, and 'never' is what the calibration takes up: {}"
 )
 """Note on what the records could show."""
+MOST_SEEN = 6
+"""Most of these forms that the note lists; the stored verdict has all."""
 NOT_SETTLED = (
     "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors more than without: the "
     "solver does not settle the motion, and what is left may be that and not another effect"
@@ -496,7 +498,9 @@ class DiagnosisRun:
         self.contradiction = self._contradicted(base, judgement, blocks, [*groups, *apart])
         notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
         if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
-            notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
+            shown = [f"{key} {size}" for key, size in self.seen_from.items()]
+            more = [f"and {len(shown) - MOST_SEEN} more"] if len(shown) > MOST_SEEN else []
+            notes.append(SEEN_FROM.format("; ".join([*shown[:MOST_SEEN], *more])))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         if judgement.verdict.status == "unknown" and not flags:
