@@ -41,6 +41,8 @@ LOOSE = 1e10
 """Condition of left against right vectors above which they span no common subspace."""
 SMALL = 130
 """Size up to which all eigenvalues are computed at once."""
+QUOTIENTS = 8
+"""Most Rayleigh quotients on the way to one mode."""
 EVERYWHERE = Region(float("inf"), 0.0, 1.0)
 """Region of all modes."""
 DEPTH, WIDTH = 14, 2
@@ -179,6 +181,26 @@ def iterated(pencil: Pencil, guess: Modes) -> Modes | None:
             if turn and apart > 0.03:
                 break
             before = values
+    return None
+
+
+def tracked(pencil: Pencil, mode: Modes) -> Modes | None:
+    """The eigenpair that one mode of a neighbour leads to, by Rayleigh quotients from both sides; None without an end.
+
+    Source: Ostrowski (1959): the order of convergence is three.
+    """
+    right, left, value = mode.right, mode.left, complex(mode.values[0])
+    for turn in range(QUOTIENTS):
+        pushed = pencil.times_S(right)
+        size = (left.conj().T @ pushed).item()
+        before, value = value, complex((left.conj().T @ pencil.times_J(right)).item() / size)
+        if not np.isfinite(value):
+            return None
+        if turn > 1 and abs(value - before) < SETTLED * abs(value):
+            return Modes(np.array([value]), right, left / size.conjugate())
+        factor = pencil.factor(value * (1 + 1e-13))
+        right, left = factor.solve(pushed[:, 0])[:, None], factor.adjoint(pencil.times_S(left, True)[:, 0])[:, None]
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
     return None
 
 

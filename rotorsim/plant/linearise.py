@@ -64,6 +64,10 @@ STIFFER = 2.0
 """Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
 
 
+FASTEST = 1e3
+"""Least speed [rad/s], twice which is the last one at which a rotor's matrices are formed."""
+
+
 def region_up_to(hints: np.ndarray, highest: float) -> Region:
     """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
 
@@ -550,6 +554,39 @@ class ShiftedPlant:
         force = -D.conj().T @ (b[-2 * m : -m] + back * b[-m:] - moved.conj().T @ film)
         y = onto.conj().T @ force - film
         return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
+
+
+@dataclass(frozen=True, eq=False)
+class RotorModels:
+    """Linear models over speeds from 0 of a machine without films whose forces are linear in its motion.
+
+    Stiffness and damping (kinks, 2, m, m) are linear in the speed between `kinks` (k,) [rad/s] and beyond the last.
+    """
+
+    first: LinearPlant
+    kinks: np.ndarray
+    matrices: np.ndarray
+
+    def at(self, speed: float) -> LinearPlant:
+        """The model at a speed [rad/s]."""
+        k = min(max(int(np.searchsorted(self.kinks, speed)), 1), len(self.kinks) - 1)
+        low, high = self.kinks[k - 1 : k + 1]
+        before, after = self.matrices[k - 1 : k + 1]
+        K, D = before + (speed - low) / (high - low) * (after - before)
+        one = self.first
+        return LinearPlant(one.S, one.E, one.H, one.hints, LinearRotor(K, D, one.rotor.Bf), None, speed)
+
+
+def rotor_models(a: Assembly) -> RotorModels | None:
+    """Models over the speed; None with films or with steady forces that depend on the motion."""
+    if a.films or any(call.effect.port == "motion" and call.effect.steady for call in a.calls):
+        return None
+    speeds = a.mesh.tables.speeds
+    kinks = np.unique([0.0, *speeds, 2 * max(a.mesh.tables.last, FASTEST)])
+    with one_thread():
+        every = [_linearised(a, a.w, speed, False) for speed in kinks.tolist()]
+    matrices = np.array([(one.rotor.stiffness, one.rotor.damping) for one in every])
+    return RotorModels(every[0], kinks, matrices)
 
 
 def linearise(a: Assembly, w: np.ndarray, speed: float, moment: bool = False) -> LinearPlant:
