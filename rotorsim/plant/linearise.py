@@ -29,7 +29,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,6 +45,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest, repeated, whirl_sense
 from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.film_determinant import FilmDeterminant
 from rotorsim.plant.simulation import damping, rows, stiffness
 
 if TYPE_CHECKING:
@@ -179,11 +180,6 @@ class FilmFactor:
         x[put_in] = (b[put_in] - R @ x[kept]) / d
         return x
 
-    @property
-    def log_det(self) -> complex:
-        """Logarithm of det A over d, up to a multiple of i pi that is the same at every s."""
-        return complex(np.log(self.lu.U.diagonal() + 0j).sum())
-
 
 @dataclass(frozen=True, eq=False)
 class FilmAnswer:
@@ -234,9 +230,15 @@ class FilmResponse:
         states = self._known[0]
         return states.rates(self.film.S[states.kept])
 
-    def log_det(self, answer: FilmAnswer, s: complex) -> complex:
-        """Logarithm of det A at s over that of a film that relaxes, up to a constant."""
-        return answer.factor.log_det - complex(np.log(s + self._rates).sum())
+    @cached_property
+    def _determinant(self) -> FilmDeterminant:
+        states = self._known[0]
+        return FilmDeterminant(self.film, np.concatenate([states.put_in, states.kept]), len(states.put_in))
+
+    def log_det(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Logarithm of det A at s (k,) over that of a film that relaxes, up to a constant, and Z (k, n, n)."""
+        logs, Z = self._determinant.at(s)
+        return logs - np.log(s[:, None] + self._rates).sum(axis=1), Z
 
     def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
@@ -492,17 +494,27 @@ class LinearPlant(Shown):
         return ShiftedPlant(self, s)
 
     @cached_property
-    def log_det(self) -> Callable[[complex], complex]:
-        """Logarithm at s of det(J - s S) over terms with roots that are real and negative, up to a constant."""
-        return cache(lambda s: ShiftedPlant(self, s).log_det)
+    def log_det(self) -> Callable[[np.ndarray], np.ndarray]:
+        """Logarithm at s (k,) of det(J - s S) over terms with roots that are real and negative, up to a constant.
+
+        The determinant is that of the film with the journals held times that of the dynamic stiffness.
+        """
+        from fe_shaft.pencil import each_once, log_of
+
+        rotor = self.rotor
+
+        def log_det(s: np.ndarray) -> np.ndarray:
+            film, Z = self.response.log_det(s) if self.film is not None else (0.0, np.zeros((1, *2 * rotor.Bf.shape[:1])))
+            x = s[:, None, None]
+            bare = rotor.stiffness + x * rotor.damping + x**2 * np.eye(len(rotor.stiffness))
+            return log_of(bare + rotor.Bf.T @ Z @ rotor.Bf) + film
+
+        return each_once(log_det)
 
 
 @dataclass(frozen=True, eq=False)
 class ShiftedPlant:
-    """J - s S at one complex frequency, with the film's factors and the rotor condensed onto them.
-
-    The determinant is that of the film with the journals held times that of the dynamic stiffness.
-    """
+    """J - s S at one complex frequency, with the film's factors and the rotor condensed onto them."""
 
     model: LinearPlant
     s: complex
@@ -529,13 +541,6 @@ class ShiftedPlant:
             return D, damped, none.T, none, none
         pushed = film.S_X @ rotor.Bf
         return D, damped, rotor.Bf.T @ self.film.L.T, pushed, film.J_X @ rotor.Bf + self.s * pushed
-
-    @property
-    def log_det(self) -> complex:
-        """Logarithm of the determinant over terms with roots that are real and negative, up to a constant."""
-        sign, size = np.linalg.slogdet(self.stiffness.astype(complex))
-        film = 0.0 if self.film is None else self.model.response.log_det(self.film, self.s)
-        return complex(size + 1j * np.angle(sign) + film)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
         """(J - s S)^-1 b for b (n,)."""
