@@ -344,7 +344,7 @@ def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
     assert node.pencil is not None
     mode = node.modes.take([k])
     if pencil.size <= SMALL:
-        one = tracked(pencil, mode)
+        one = tracked(pencil, predicted(pencil, mode))
         if one is not None and overlap(node.pencil, mode, pencil, one).item() > CERTAIN:
             return one
         return _alike(node.pencil, mode, pencil, everything(pencil))

@@ -43,6 +43,8 @@ SMALL = 130
 """Size up to which all eigenvalues are computed at once."""
 QUOTIENTS = 8
 """Most Rayleigh quotients on the way to one mode."""
+CLOSE = 1e-4
+"""Relative distance of the quotient from the shift up to which the factors stay."""
 EVERYWHERE = Region(float("inf"), 0.0, 1.0)
 """Region of all modes."""
 DEPTH, WIDTH = 14, 2
@@ -143,7 +145,8 @@ def settled(pencil: Pencil, guess: Modes) -> Modes:
         first = guess.values[left_over[0]]
         group = [k for k in left_over if abs(guess.values[k] - first) < NEAR * abs(first)]
         left_over = [k for k in left_over if k not in group]
-        found = iterated(pencil, guess.take(group))
+        found = tracked(pencil, guess.take(group)) if len(group) == 1 else None
+        found = iterated(pencil, guess.take(group)) if found is None else found
         alone = [group] if found is not None or len(group) == 1 else [[k] for k in group]
         for one in alone if found is None else []:
             single = iterated(pencil, guess.take(one))
@@ -184,23 +187,27 @@ def iterated(pencil: Pencil, guess: Modes) -> Modes | None:
     return None
 
 
-def tracked(pencil: Pencil, mode: Modes) -> Modes | None:
-    """The eigenpair that one mode of a neighbour leads to, by Rayleigh quotients from both sides; None without an end.
+def tracked(pencil: Pencil, guess: Modes) -> Modes | None:
+    """The eigenpair that one guess leads to, by inverse iteration from both sides; None without an end.
 
-    Source: Ostrowski (1959): the order of convergence is three.
+    The shift follows Rayleigh's quotient until that moves by less than `CLOSE`: with it the order of convergence is
+    three (Ostrowski 1959).
     """
-    right, left, value = mode.right, mode.left, complex(mode.values[0])
-    for turn in range(QUOTIENTS):
-        pushed = pencil.times_S(right)
-        size = (left.conj().T @ pushed).item()
+    right, left, value = guess.right, guess.left, complex(guess.values[0])
+    shift: complex = np.inf
+    for _ in range(QUOTIENTS):
+        if not abs(value - shift) < CLOSE * abs(value):
+            shift = value
+            factor = pencil.factor(shift * (1 + 1e-13))
+        right = factor.solve(pencil.times_S(right)[:, 0])[:, None]
+        left = factor.adjoint(pencil.times_S(left, True)[:, 0])[:, None]
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+        size = (left.conj().T @ pencil.times_S(right)).item()
         before, value = value, complex((left.conj().T @ pencil.times_J(right)).item() / size)
         if not np.isfinite(value):
             return None
-        if turn > 1 and abs(value - before) < SETTLED * abs(value):
+        if abs(value - before) < SETTLED * abs(value):
             return Modes(np.array([value]), right, left / size.conjugate())
-        factor = pencil.factor(value * (1 + 1e-13))
-        right, left = factor.solve(pushed[:, 0])[:, None], factor.adjoint(pencil.times_S(left, True)[:, 0])[:, None]
-        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
     return None
 
 

@@ -28,11 +28,11 @@ TOGETHER = 8
 """Frequencies that go through the pattern together."""
 
 
-def _eliminate(starts, columns, diagonal, base, slope, place, count, s, re, im, pivots):  # type: ignore[no-untyped-def]
+def _eliminate(starts, columns, diagonal, base, slope, place, count, s, re, im, pivots):
     """Rows of base + s slope without their first `count` columns, by columns of the pattern, at TOGETHER frequencies.
 
-    `pivots` (count,) are the diagonal after elimination; `re`, `im` (places, TOGETHER) have the factors, `place` is room
-    for the places of a row.
+    `pivots` (count, TOGETHER) are the diagonal after elimination; `re`, `im` (places, TOGETHER) have the factors,
+    `place` is room for the places of a row.
     """
     for i in range(len(starts) - 1):
         for e in range(starts[i], starts[i + 1]):
@@ -86,52 +86,53 @@ class Pattern:
 
 
 @lru_cache(maxsize=16)
-def filled(indptr: bytes, indices: bytes, journals: int) -> Pattern:
-    """Pattern of a symmetric one by rows, with what its elimination fills and `journals` full rows and columns."""
+def filled(indptr: bytes, indices: bytes, count: int) -> Pattern:
+    """Pattern of a symmetric one by rows, with what the elimination of its first `count` rows fills."""
     starts, columns = np.frombuffer(indptr, np.int32), np.frombuffer(indices, np.int32)
-    n = len(starts) - 1
-    behind = [{j for j in columns[starts[k] : starts[k + 1]].tolist() if j > k} for k in range(n)]
-    for k in range(n):
-        if behind[k]:
-            first = min(behind[k])
+    size = len(starts) - 1
+    behind = [{j for j in columns[starts[k] : starts[k + 1]].tolist() if j > k} for k in range(size)]
+    for k in range(count):
+        first = min(behind[k], default=size)
+        if first < count:
             behind[first] |= behind[k] - {first}
-    upper = [np.array([k, *sorted(behind[k])]) for k in range(n)]
-    rows = np.repeat(np.arange(n), [len(one) for one in upper])
-    U = sparse.coo_matrix((np.ones(len(rows)), (rows, np.concatenate(upper))), (n, n))
-    full = sparse.csr_matrix(np.ones((n, journals)))
-    whole = sparse.bmat([[U + U.T, full], [full.T, np.ones((journals, journals))]]).tocsr()
+    upper = [np.array([k, *sorted(behind[k])]) for k in range(size)]
+    rows = np.repeat(np.arange(size), [len(one) for one in upper])
+    U = sparse.coo_matrix((np.ones(len(rows)), (rows, np.concatenate(upper))), (size, size))
+    whole = (U + U.T).tocsr()
     whole.sort_indices()
     return Pattern(whole.indptr.astype(np.int64), whole.indices.astype(np.int64))
 
 
 @dataclass(frozen=True, eq=False)
 class FilmDeterminant:
-    """A film whose states are eliminated in an `order` (n,); the first `alone` of them have real negative roots."""
+    """A film whose states are eliminated in an `order` (n,)."""
 
     film: LinearFilm
     order: np.ndarray
-    alone: int
 
     @cached_property
     def _parts(self) -> tuple[Pattern, np.ndarray, np.ndarray, np.ndarray]:
         """Pattern, the values at s = 0 and their slopes over s by place, and the places of the diagonal."""
         film, n, q = self.film, len(self.order), len(self.film.F_y)
-        J = sparse.csr_matrix(film.J)[self.order][:, self.order]
-        shape = (J + J.T + sparse.identity(n)).tocsr()
+        J = film.J.tocsr()[self.order][:, self.order].tocoo()
+        moved, pulled, felt = film.J_X[self.order], film.S_X[self.order], film.F_y[:, self.order]
+        edge = sparse.csr_matrix((moved != 0) | (pulled != 0) | (felt.T != 0))
+        shape = sparse.bmat([[abs(J) + abs(J).T + sparse.identity(n), edge], [edge.T, np.ones((q, q))]]).tocsr()
         shape.sort_indices()
-        pattern = filled(*(x.astype(np.int32).tobytes() for x in (shape.indptr, shape.indices)), q)
-        base, slope = np.zeros((2, len(pattern.columns)))
-        J = J.tocoo()
-        own, behind = np.arange(n), n + np.arange(q)
-        diagonal = pattern.places(own, own)
-        edge = pattern.places(own[:, None], behind), pattern.places(behind[:, None], own)
+        pattern = filled(*(x.astype(np.int32).tobytes() for x in (shape.indptr, shape.indices)), n)
+        base, slope, diagonal = *np.zeros((2, len(pattern.columns))), pattern.places(np.arange(n), np.arange(n))
+        row, column = edge.nonzero()
+        right, below = pattern.places(row, n + column), pattern.places(n + column, row)
         base[pattern.places(J.row.astype(np.int64), J.col)] = J.data
-        base[edge[0]], base[edge[1]] = film.J_X[self.order], film.F_y[:, self.order]
-        slope[diagonal], slope[edge[0]] = film.S[self.order], film.S_X[self.order]
+        base[right], base[below] = moved[row, column], felt[column, row]
+        slope[diagonal], slope[right] = film.S[self.order], pulled[row, column]
         return pattern, base, slope, diagonal
 
     def at(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Logarithm of the determinant (k,) up to multiples of 2 pi i, and Z (k, journals, journals), at s (k,)."""
+        """Logarithm (k,) of the determinant over the diagonal's, and Z (k, m, m) [N/m], at s (k,).
+
+        The diagonal counts with its values at s = 0 above 0, so that its roots are real and negative.
+        """
         pattern, base, slope, diagonal = self._parts
         n, q, size = len(self.order), len(self.film.F_y), len(pattern.columns)
         re, im = np.empty((2, size, TOGETHER))
@@ -139,8 +140,9 @@ class FilmDeterminant:
         groups = np.resize(s, (-(-len(s) // TOGETHER), TOGETHER)).astype(complex)
         last = pattern.places((n + np.arange(q))[:, None], n + np.arange(q))
         logs, Z = np.empty(groups.shape, complex), np.empty((*groups.shape, q, q), complex)
+        at_rest, rate = np.abs(base[diagonal, None]), slope[diagonal, None]
         for k, group in enumerate(groups):
             _compiled()(pattern.starts, pattern.columns, diagonal, base, slope, room, n, group, re, im, pivots)
-            logs[k] = np.log(pivots[self.alone :]).sum(axis=0)
+            logs[k] = np.log(pivots / (at_rest + rate * group)).sum(axis=0)
             Z[k] = -(re[last] + 1j * im[last]).transpose(2, 0, 1)
         return logs.ravel()[: len(s)], Z.reshape(-1, q, q)[: len(s)]

@@ -18,8 +18,8 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
 Modes come from one search, that of `fe_shaft.spectrum`: all of a stated region, their number proven by the argument
-principle. The determinant of a film is divided by that of a film which relaxes at real rates, those of the symmetric
-matrix with \sqrt{A_jk A_kj} off its diagonal: what is left hardly turns along the border.
+principle. The determinant of a film is divided by its diagonal, whose roots are real and negative: what is left turns
+little along the border.
 
 Cites: hamrock_2004.
 """
@@ -35,7 +35,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csc_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from reynolds.injector import Injector
@@ -83,9 +82,6 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "relax": 1, "panel_size": 1, "options": {"SymmetricMode": True}}
 """The pattern is symmetric and the diagonal large: half the fill of the default, and no column is padded with zeros."""
 
-DENSE = 1500
-"""States of a part of a film up to which its own rates of relaxation are computed."""
-
 
 @dataclass(frozen=True, eq=False)
 class FilmStates:
@@ -109,25 +105,16 @@ class FilmStates:
         return np.repeat(np.arange(len(self.kept)), np.diff(self.both.indptr))
 
     @cached_property
+    def room(self) -> Any:
+        """A matrix of the pattern of `both`, whose values are put in where it is factored."""
+        return self.both.astype(complex)
+
+    @cached_property
     def diagonal(self) -> np.ndarray:
         """Places of the diagonal among the terms of `both`."""
         places = np.flatnonzero(self.both.indices == self.columns)
         assert len(places) == len(self.kept)
         return places
-
-    def rates(self, S: np.ndarray) -> np.ndarray:
-        """Rates (kept,) [1/s], above 0, at which states of storage S (kept,) relax, in every part by itself.
-
-        Parts of more than `DENSE` states have their diagonal in place of eigenvalues, whose time grows with the cube.
-        """
-        scale = sparse.diags(1 / np.sqrt(S))
-        J = sparse.csr_matrix(scale @ self.both.real @ scale)
-        pairs = J.multiply(J.T)
-        symmetric = sparse.csr_matrix(J.sign().multiply(np.sqrt(pairs.maximum(0))))
-        count, part = connected_components(symmetric, directed=False)
-        own = (symmetric[part == k][:, part == k] for k in range(count))
-        found = [np.linalg.eigvalsh(one.toarray()) if one.shape[0] <= DENSE else one.diagonal() for one in own]
-        return np.abs(np.concatenate(found))
 
 
 def film_states(film: LinearFilm) -> FilmStates:
@@ -219,26 +206,17 @@ class FilmResponse:
             by[states.R.indices] = 1 / d
             data += both.imag * by[states.columns]
         data[states.diagonal] += s * film.S[states.kept]
-        A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)
-        lu = splu(A, permc_spec="NATURAL", **SYMMETRIC)
+        states.room.data = data
+        lu = splu(states.room, permc_spec="NATURAL", **SYMMETRIC)
         factor = FilmFactor(states, lu, d)
         L = factor.solve(film.F_y.T, "T")
         return FilmAnswer(factor, L, L.T @ (film.J_X + s * film.S_X))
 
     @cached_property
-    def _rates(self) -> np.ndarray:
+    def determinant(self) -> FilmDeterminant:
+        """The film's determinant at many frequencies at once."""
         states = self._known[0]
-        return states.rates(self.film.S[states.kept])
-
-    @cached_property
-    def _determinant(self) -> FilmDeterminant:
-        states = self._known[0]
-        return FilmDeterminant(self.film, np.concatenate([states.put_in, states.kept]), len(states.put_in))
-
-    def log_det(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Logarithm of det A at s (k,) over that of a film that relaxes, up to a constant, and Z (k, n, n)."""
-        logs, Z = self._determinant.at(s)
-        return logs - np.log(s[:, None] + self._rates).sum(axis=1), Z
+        return FilmDeterminant(self.film, np.concatenate([states.put_in, states.kept]))
 
     def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
@@ -504,7 +482,7 @@ class LinearPlant(Shown):
         rotor = self.rotor
 
         def log_det(s: np.ndarray) -> np.ndarray:
-            film, Z = self.response.log_det(s) if self.film is not None else (0.0, np.zeros((1, *2 * rotor.Bf.shape[:1])))
+            film, Z = (0.0, np.zeros((0, 0))) if self.film is None else self.response.determinant.at(s)
             x = s[:, None, None]
             bare = rotor.stiffness + x * rotor.damping + x**2 * np.eye(len(rotor.stiffness))
             return log_of(bare + rotor.Bf.T @ Z @ rotor.Bf) + film
