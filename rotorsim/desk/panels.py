@@ -484,7 +484,7 @@ def _clearance(case: DesignCase) -> Plain:
     texts = [(row[0], *(BRIEF.get(one[k], one[k]) if v is None else v for v, one in zip(row[1:], why, strict=True)))
              for k, row in enumerate(rows)]  # fmt: skip
     return {
-        "x": {"label": heads[0].replace("bearings.*.", ""), "range": [float(end) for end in ends]},
+        "x": {"label": heads[0].replace("bearings.*.", "")},  # with room for the marks at its ends
         "y": {"label": "onset of whirl [rpm]", "zero": True},
         "curves": [_curve("onset of whirl", at, onset, 0),
                    _curve("stable up to here", at, beyond, 1, marks="f" * len(at)),
@@ -507,7 +507,7 @@ def _margins(found: SweepResult, why: Sequence[str]) -> list[str]:
         lines = [f"At {', '.join(stable)} no mode grows up to {top:g} rpm{above}; faster was not searched."]
     lines += [
         f"{'Elsewhere the' if stable and name == 'onset' else 'The'} {name} is highest, "
-        + f"{one['value']:.4g} {one['unit'].removesuffix('1')}".strip() + f", at {', '.join(one['at'].values())}."
+        + f"{cells((one['value'],))[0]} {one['unit'].removesuffix('1')}".strip() + f", at {', '.join(one['at'].values())}."
         for name, one in found.best.items()
     ]  # fmt: skip
     return [*lines, f"At {', '.join(fallen)} the film does not carry the rotor."] if fallen else lines

@@ -50,7 +50,7 @@ from rotorsim.desk.panels import (
 )
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.starts import STARTS, begin, free
-from rotorsim.live.serving import Announce, print_address, serve, with_page
+from rotorsim.live.serving import Announce, bare_application, print_address, reply, serve, with_page
 from rotorsim.machine import from_ross, machine_text, shipped_machines
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.report.design import design_page
@@ -419,31 +419,26 @@ def _known(names: Any) -> list[str]:
     return [name for name in names if isinstance(name, str) and name in PANELS] if isinstance(names, list) else []
 
 
-def _reply(content: Any) -> Response:
-    """Response of plain data."""
-    return Response(orjson.dumps(content), media_type="application/json", headers={"cache-control": "no-store"})
-
-
 def application(desk: DesignDesk, answers: PanelStream) -> Any:
     """Web application of a desk without access control: the page at /, the design, its answers and its report."""
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    app = bare_application()
 
     @app.get("/desk")
     def state(known: int = -1) -> Response:
-        return _reply(desk.state(known))
+        return reply(desk.state(known))
 
     @app.post("/desk")
     async def act(request: Request) -> Response:
         content = await _content(request)
         brought = desk.act(str(content.pop("act", "")), content)
-        return _reply(desk.state() | brought)
+        return reply(desk.state() | brought)
 
     @app.post("/run")
     async def run() -> Response:
         try:
-            return _reply({"address": await asyncio.to_thread(desk.run_up)})
+            return reply({"address": await asyncio.to_thread(desk.run_up)})
         except (RotorsimError, OSError, AssertionError) as error:
-            return _reply({"error": str(error)})
+            return reply({"error": str(error)})
 
     _add_answers(app, desk, answers)
     return with_page(app, show_desk, "rotorsim desk")
@@ -457,11 +452,11 @@ def _add_answers(app: FastAPI, desk: DesignDesk, answers: PanelStream) -> None:
         content = await _content(request)
         names, of_kept, near = (_known(content.get(key)) for key in ("panels", "kept", "near"))
         if desk.design is None:
-            return _reply({})
+            return reply({})
         try:
             point = point_of(content)
         except DataError as error:
-            return _reply({"error": str(error)})
+            return reply({"error": str(error)})
         stream = answers.stream(desk.design, str(content.get("window"))[:40], names, point, of_kept, near)
         return StreamingResponse(stream, media_type="application/x-ndjson", headers={"cache-control": "no-store"})
 
@@ -472,10 +467,10 @@ def _add_answers(app: FastAPI, desk: DesignDesk, answers: PanelStream) -> None:
             assert design is not None and design.machine is not None
             asked = design.text, point_of(content), design.path.name
             if _takes_long(design.machine):
-                return _reply(await answers.whole(request, scripts_of, *asked))
-            return _reply(await asyncio.to_thread(scripts_of, *asked))
+                return reply(await answers.whole(request, scripts_of, *asked))
+            return reply(await asyncio.to_thread(scripts_of, *asked))
         except (RotorsimError, AssertionError) as error:
-            return _reply({"error": str(error)})
+            return reply({"error": str(error)})
 
     @app.get("/report")
     async def report(request: Request, supply: str = "") -> Response:

@@ -33,7 +33,7 @@ def page_head(title: str) -> Iterator[None]:
     with ui.row().classes("live-head w-full items-center gap-4"):
         ui.label(title).classes("text-h6")
         yield
-        ui.button("Dark / light", on_click=lambda: dark.set_value(not dark.value)).props("dense flat")
+        ui.button("Dark / light", on_click=lambda: dark.set_value(not dark.value), color=None).props("dense flat")
 
 
 class PageViews(Element, component="web/views.js", esm={"rotorsim-live": "web", "nicegui-scene": str(SCENE)}):

@@ -152,7 +152,7 @@ async def _welcome(send: Send, cookie: str, method: str) -> None:
     headers = [(b"content-type", b"text/html; charset=utf-8"), (b"set-cookie", cookie.encode())]
     headers += [(b"cache-control", b"no-store"), (b"referrer-policy", b"no-referrer")]
     await send({"type": "http.response.start", "status": 200, "headers": headers})
-    body = b"" if method == "HEAD" else b'<meta http-equiv="refresh" content="0; url=/">\n'
+    body = b"" if method == "HEAD" else b'<meta name="color-scheme" content="light dark"><meta http-equiv="refresh" content="0; url=/">\n'
     await send({"type": "http.response.body", "body": body})
 
 
@@ -245,23 +245,34 @@ def free_port(wanted: int) -> tuple[socket.socket, int]:
 
 def application(rig_folder: RigFolder) -> Any:
     """Web application of a rig without access control: the page at / and its frames."""
-    import orjson
-    from fastapi import FastAPI, Response
-
     from rotorsim.live.page import Board
 
-    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    app = bare_application()
 
     @app.get("/frame")
-    def frame() -> Response:
-        body = orjson.dumps(rig_folder.runner.frame())
-        return Response(body, media_type="application/json", headers={"cache-control": "no-store"})
+    def frame() -> Any:
+        return reply(rig_folder.runner.frame())
 
     @app.get("/settings")
-    def settings() -> Response:
-        return Response(orjson.dumps(rig_folder.runner.rig.in_force()), media_type="application/json")
+    def settings() -> Any:
+        return reply(rig_folder.runner.rig.in_force())
 
     return with_page(app, lambda: Board(rig_folder))
+
+
+def bare_application() -> Any:
+    """Web application without a page and without the pages that describe it."""
+    from fastapi import FastAPI
+
+    return FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+
+def reply(content: Any) -> Any:
+    """Response of plain data, which no browser keeps."""
+    import orjson
+    from fastapi import Response
+
+    return Response(orjson.dumps(content), media_type="application/json", headers={"cache-control": "no-store"})
 
 
 def with_page(app: Any, root: Callable[[], object], title: str = "rotorsim live") -> Any:
@@ -293,7 +304,6 @@ async def leave_when_empty(server: Any, visited: Event, patience: float) -> None
 
 def complaint(name: str, problems: Iterable[str]) -> Any:
     """Web page for an invalid machine: its problems, one sentence each."""
-    from fastapi import FastAPI
     from nicegui import ui
 
     printed = list(problems)
@@ -304,7 +314,7 @@ def complaint(name: str, problems: Iterable[str]) -> Any:
             ui.label(problem).props('role="alert"').style("font-family: monospace; white-space: pre-wrap")
         ui.label("Correct the file and start rotorsim live again.")
 
-    return with_page(FastAPI(docs_url=None, redoc_url=None, openapi_url=None), root)
+    return with_page(bare_application(), root)
 
 
 def run_rig(rig_folder: RigFolder, port: int, announce: Announce, show: bool, keep_open: bool) -> None:

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import NoConvergence, brentq, newton_krylov
 
 import identification as idn
 from rotorsim.base.errors import RotorsimError
@@ -201,20 +201,31 @@ def nonlinear(
     own = {k: one.law.force for k, one in enumerate(laws) if one.law.force is not None and one.size}
     force, angle = np.zeros_like(there), speed * np.arange(POINTS) * PERIOD / POINTS
     names = " and ".join(f"{one.law.name} at {one.place}" for one in laws)
-    for _ in range(400 if own else 0):
+
+    def answered(force: np.ndarray) -> np.ndarray:
+        """Forces of the laws along the motion that these forces make."""
         moved, new = there + np.einsum("lij,lj->li", inner, force), np.zeros_like(force)
         for k, f in own.items():
             at = slice(2 * k, 2 * k + 2)
             u, v = (in_time(one[:, at]) for one in (moved, 2j * np.pi * lines[:, None] * moved))
             new[:, at] = in_lines(laws[k].size * f(u, v, angle, speed), len(lines))
+        return new
+
+    for _ in range(400 if own else 0):
+        new = answered(force)
         change, force = np.abs(new - force).max(), force + 0.5 * (new - force)
         if change < 1e-7 * max(np.abs(force).max(), 1e-12):
             return force
         if not np.abs(force).max() < 1e3:
             raise ValueError(f"{names}, {speed:.4g} rad/s: no motion that stays small was found")
-    if own:
-        raise ValueError(f"{names}, {speed:.4g} rad/s: no periodic motion was found")
-    return force
+    if not own:
+        return force
+    try:  # where friction is steep the steps above go to and fro
+        found = newton_krylov(lambda x: (answered(x.view(complex)) - x.view(complex)).view(float), force.view(float),
+                              f_tol=1e-7 * np.abs(force).max(), maxiter=50)  # fmt: skip
+    except NoConvergence:
+        raise ValueError(f"{names}, {speed:.4g} rad/s: no periodic motion was found") from None
+    return np.asarray(found.view(complex))
 
 
 def in_time(lines: np.ndarray) -> np.ndarray:

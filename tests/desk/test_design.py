@@ -2,8 +2,6 @@
 
 import asyncio
 import os
-import shlex
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,12 +18,13 @@ import psutil
 import pytest
 from starlette.requests import Request
 
+from code_blocks import ROOT, blocks_of
 from random_edits import edits
 from rotorsim.base.errors import MachineFileError, NotCarried
 from rotorsim.base.files import WriteError
 from rotorsim.desk import Design, open_design
 from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
-from rotorsim.desk.panels import DeskPoint
+from rotorsim.desk.panels import FIRST, PANELS, DeskPoint
 from rotorsim.desk.parts import listed, problem_fields
 from rotorsim.desk.server import DesignDesk, PanelStream, answer_of, application, make_desk
 from rotorsim.desk.starts import STARTS, begin
@@ -493,22 +492,24 @@ def test_a_panel_answers_while_a_report_is_under_way(tmp_path, name):
     assert under_way and page == "the report"
 
 
-@pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
 def test_a_program_reads_the_answers_as_the_page_of_the_docs_shows(tmp_path):
-    page = (Path(__file__).parents[2] / "docs" / "desk.md").read_text(encoding="utf-8")
-    lines = [line for line in page.splitlines() if line.startswith("curl ")]
+    """The program's names are those of its page; each key of an answer stands there."""
+    page = (ROOT / "docs" / "desk.md").read_text(encoding="utf-8")
+    (program,) = [block.text for block in blocks_of(ROOT / "docs" / "desk.md") if block.language == "python"]
     words = [sys.executable, "-m", "rotorsim", "desk", "plain_rotor", "--no-browser", "--keep-open"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=tmp_path) as desk:
-        address = desk.stdout.readline().split()[-1]
-        place, _, token = address.partition("/?token=")
-        own = [line.replace("http://127.0.0.1:8760", place).replace("token=...", f"token={token}") for line in lines]
-        found = [subprocess.run(shlex.split(line), cwd=tmp_path, capture_output=True).stdout for line in own]
-        desk.send_signal(signal.SIGINT)
-    state, answers = orjson.loads(found[1]), [orjson.loads(line) for line in found[2].splitlines()]
-    text = machine_text("plain_rotor")
-    assert {one["panel"] for one in answers} == {"static", "campbell"} < {one["name"] for one in state["panels"]}
-    for one in answers:
-        assert one["answer"] == orjson.loads(orjson.dumps(answer_of(text, DeskPoint(), one["panel"])))
+        space, address = {}, desk.stdout.readline().split()[-1]
+        try:
+            exec(program.replace("http://127.0.0.1:8760/?token=...", address), space)
+        finally:
+            desk.send_signal(signal.SIGINT)
+    line, text = orjson.loads(space["line"]), machine_text("plain_rotor")
+    expected = orjson.loads(orjson.dumps(answer_of(text, DeskPoint(top=9000.0), "campbell")))
+    assert space["panels"] == list(PANELS) and line["panel"] == "campbell"
+    assert line["answer"] == expected and expected["rows"]
+    answers = [answer_of(text, DeskPoint(), name) for name in (*FIRST, "modes", "static")]
+    keys = {"error", *line}.union(expected, *answers, expected["x"], *(one["y"] for one in answers))
+    assert {key for key in keys if f"`{key}`" not in page} == set()
 
 
 @pytest.mark.nightly

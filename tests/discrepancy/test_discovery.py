@@ -49,6 +49,7 @@ from rotorsim.discrepancy.stochastic import (
     StochasticForce,
     by_chance,
     drift,
+    fall_next_to_drift,
     random_force,
     repeating,
 )
@@ -459,6 +460,23 @@ def test_what_a_random_force_makes_of_records_by_chance_is_no_drift(chance, foun
     fit = SimpleNamespace(J=np.tile(column, 2)[:, None], parameters=(parameter,))
     seen = drift(comparison, fit, np.full(400, chance))
     assert (seen and (seen.kind, seen.place)) == (("drift", "bearing.0") if found else None)
+    if seen:
+        assert abs(seen.size[0] - 40.0) < 3 * seen.sd[0] < 0.3
+
+
+@pytest.mark.parametrize(("own", "told"), [(False, False), (True, True)])
+def test_a_law_is_told_from_a_drift_by_what_it_explains_where_each_record_has_its_own_numbers(own, told):
+    """A number that rises from record to record, in the order of their speeds, is as a force by the speed."""
+    rng, records, n = np.random.default_rng(4), 8, 200
+    record, column = np.repeat(np.arange(records), n), rng.normal(size=records * n)
+    law = np.column_stack([column * (1 + record), rng.normal(size=records * n)])
+    residual = rng.normal(size=records * n) + 2.0 * column * (record - 3.5) + 1.0 * own * law[:, 1]
+    seen = SimpleNamespace(comparison=SimpleNamespace(layout=SimpleNamespace(record=record)), J=column[:, None],
+                           residual=residual)  # fmt: skip
+    fit = SimpleNamespace(parameters=(FitParameter("bearing.0.kx", 0.1, sd=0.3),), vector=np.array([0.1]))
+    alone = np.linalg.lstsq(np.column_stack([column, law]), residual, rcond=None)[1][0]
+    assert np.linalg.lstsq(column[:, None], residual, rcond=None)[1][0] - alone > 1000.0
+    assert (fall_next_to_drift(seen, fit, "bearing.0", law) > 100.0) == told
 
 
 @pytest.mark.parametrize("tolerance", [0.0005, 0.002])

@@ -26,7 +26,7 @@ NOT_RUN = (
     ),
     (r"^python tests/regression/compare_commits", "needs two commits: the workflow of a change"),
     (r"^rotorsim live", "serves until Ctrl-C; tests/live starts it"),
-    (r"^rotorsim desk|^curl ", "serves until Ctrl-C, or asks what serves; tests/desk starts it"),
+    (r"^rotorsim desk|/\?token=", "serves until Ctrl-C, or asks what serves; tests/desk starts it"),
     (
         r"^rotorsim (campaign thesis|study)|^python studies/|my_campaign|records --model",
         "hours; tests/campaign and tests/studies",

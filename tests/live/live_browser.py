@@ -1,6 +1,7 @@
 """Live page in a real browser: start of the rig, reading and setting of its controls.
 
-These tests take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/run does.
+These tests take minutes and want a processor for the browser: set ROTORSIM_BROWSER=1, as .ci/run does for the
+live page and the nightly job for all.
 """
 
 import os
@@ -51,6 +52,16 @@ class Started:
         self.process, self.address = command(folder, *options)
         self.lines = []
         threading.Thread(target=lambda: self.lines.extend(self.process.stderr), daemon=True).start()
+
+
+def watched(context, address):
+    """A new page of a browser, which keeps its errors and what it asks of others than an address."""
+    page, own = context.new_page(), (address.split("?")[0], "data:", "blob:", "ws://127.0.0.1")
+    page.set_default_timeout(PATIENCE * 1e3)
+    page.faults = []
+    page.on("request", lambda asked: page.faults.extend([] if asked.url.startswith(own) else [asked.url]))
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    return page
 
 
 def settings(page):

@@ -1,5 +1,5 @@
 // Curves of a panel on a canvas: axes, the design before as a ghost, ranges in which a mode grows, values under the mouse.
-import { begin, stroke, theme, ticks } from "rotorsim-live";
+import { begin, frame, line, stroke, ticks } from "rotorsim-live";
 
 const BOX = { left: 58, right: 20, top: 10, bottom: 38 }; // CSS pixels
 const MORE = { light: ["#56B4E9", "#9a6a00"], dark: ["#c9d36a", "#d55e00"] };
@@ -29,7 +29,7 @@ export class Chart {
     g.fillStyle = "#b0484833";
     for (const [a, b] of answer.bands || []) g.fillRect(map.px(a), box.y, map.px(b) - map.px(a), box.h);
     g.restore();
-    frame(g, colours, box, map, x, y, answer);
+    frame(view, box, map, marks(x, Math.max(box.w / 70, 2)), marks(y, Math.max(box.h / 34, 2)), answer.x.label, answer.y.label, 48);
     g.save();
     g.beginPath();
     g.rect(box.x, box.y, box.w, box.h);
@@ -41,8 +41,8 @@ export class Chart {
       curve(g, map, one, shade(colours, one.colour), one.colour < 0 ? 1 : 1.8, one.dash ? [6, 4] : []);
       senses(g, map, one, shade(colours, one.colour));
     }
-    rings(g, map, answer.rings, colours.ink);
     g.restore();
+    rings(g, box, map, answer.rings, colours.ink);
     if (cursor !== null) this.values(g, colours, box, map, x, answer);
   }
   again(cursor) {
@@ -106,47 +106,9 @@ function marks(axis, most) {
   return decades.flatMap((v) => [v, 2 * v, 5 * v]).filter(inside).map((v) => [v, short(v)]);
 }
 
-function frame(g, colours, box, map, x, y, answer) {
-  g.lineWidth = 1;
-  g.strokeStyle = colours.faint;
-  g.fillStyle = colours.ink;
-  g.textAlign = "center";
-  g.textBaseline = "top";
-  for (const [v, text] of marks(x, Math.max(box.w / 70, 2))) {
-    stroke(g, map.px(v), box.y, map.px(v), box.y + box.h);
-    g.fillText(text, map.px(v), box.y + box.h + 4);
-  }
-  g.textAlign = "right";
-  g.textBaseline = "middle";
-  for (const [v, text] of marks(y, Math.max(box.h / 34, 2))) {
-    stroke(g, box.x, map.py(v), box.x + box.w, map.py(v));
-    g.fillText(text, box.x - 5, map.py(v));
-  }
-  g.strokeRect(box.x, box.y, box.w, box.h);
-  g.textAlign = "center";
-  g.textBaseline = "top";
-  g.fillText(answer.x.label, box.x + box.w / 2, box.y + box.h + 20);
-  g.save();
-  g.translate(10, box.y + box.h / 2);
-  g.rotate(-Math.PI / 2);
-  g.textBaseline = "middle";
-  g.fillText(answer.y.label, 0, 0);
-  g.restore();
-}
-
 function curve(g, map, one, colour, width, dash) {
-  g.strokeStyle = colour;
-  g.lineWidth = width;
   g.setLineDash(dash);
-  g.beginPath();
-  let drawing = false;
-  for (let i = 0; i < one.y.length; i++) {
-    if (one.y[i] === null || one.x[i] === null) { drawing = false; continue; }
-    if (drawing) g.lineTo(map.px(one.x[i]), map.py(one.y[i]));
-    else g.moveTo(map.px(one.x[i]), map.py(one.y[i]));
-    drawing = true;
-  }
-  g.stroke();
+  line(g, map, (i) => one.x[i], one.y, colour, width);
   g.setLineDash([]);
 }
 
@@ -163,11 +125,12 @@ function senses(g, map, one, colour) {
   }
 }
 
-function rings(g, map, found, colour) {
+function rings(g, box, map, found, colour) {
   if (!found) return;
   g.strokeStyle = colour;
   g.lineWidth = 1.6;
   for (let i = 0; i < found[0].length; i++) {
+    if (map.py(found[1][i]) < box.y) continue;
     g.beginPath();
     g.arc(map.px(found[0][i]), map.py(found[1][i]), 5.5, 0, 7);
     g.stroke();

@@ -18,15 +18,15 @@ export default {
     </div>
     <h2>Open</h2>
     <div class="desk-open">
-      <template v-if="state.files.length"><label>file of this folder <select v-model="chosenFile"><option v-for="one in state.files" :key="one">{{ one }}</option></select></label>
+      <template v-if="state.files.length"><label>file of this folder <select v-model="chosenFile"><option value="" disabled>choose…</option><option v-for="one in state.files" :key="one">{{ one }}</option></select></label>
       <button :disabled="!chosenFile" @click="act('open', { name: chosenFile })">Open</button></template>
-      <label>shipped machine <select v-model="chosenShipped"><option v-for="one in state.shipped" :key="one">{{ one }}</option></select></label>
+      <label>shipped machine <select v-model="chosenShipped"><option value="" disabled>choose…</option><option v-for="one in state.shipped" :key="one">{{ one }}</option></select></label>
       <button :disabled="!chosenShipped" @click="act('open', { name: chosenShipped })">Open a copy</button>
     </div>
   </section>
   <template v-if="state && state.groups">
   <div class="desk-bar" role="toolbar" aria-label="design">
-    <span class="desk-file" data-file>{{ state.name }}<em data-saved>{{ state.saved ? "saved" : "edits not saved" }}</em></span>
+    <span class="desk-file" data-file>{{ state.name }}<em data-saved>{{ state.saved ? "saved" : "not saved" }}</em></span>
     <button @click="act('undo')" :disabled="!state.undo" title="Ctrl+Z">Undo</button>
     <button @click="act('redo')" :disabled="!state.redo" title="Ctrl+Y">Redo</button>
     <button @click="act('save')" :disabled="state.saved" title="Ctrl+S">Save</button>
@@ -79,7 +79,7 @@ export default {
               <span v-else :id="'d-' + field.path" class="desk-hidden">{{ field.doc }}</span>
             </div>
           </template>
-          <button v-if="part.fields.some((one) => !one.set)" class="desk-more" :aria-expanded="Boolean(more[part.path])" @click="more[part.path] = !more[part.path]">{{ more[part.path] ? "fewer" : "more fields" }}</button>
+          <button v-if="part.fields.some((one) => !first(one))" class="desk-more" :aria-expanded="Boolean(more[part.path])" @click="more[part.path] = !more[part.path]">{{ more[part.path] ? "fewer" : "more fields" }}</button>
         </fieldset>
         <button v-for="one in group.add" :key="one.kind" class="desk-add" @click="act('add', { kind: one.kind })">add {{ one.text }}</button>
       </details>
@@ -105,7 +105,7 @@ export default {
           <p v-if="answers[one.name] && answers[one.name].error" class="desk-sentence" role="alert">{{ answers[one.name].error }}</p>
           <p v-if="unasked(one.name)" class="desk-note" data-large>{{ state.large }} <button @click="compute(one.name)" :aria-label="'compute ' + one.title">Compute</button></p>
           <canvas v-show="drawing(one.name)" :ref="(el) => hold(one.name, el)" role="img" :aria-label="one.title" @mousemove="cursor(one.name, $event.offsetX)" @mouseleave="cursor(one.name, null)"></canvas>
-          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><i :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="ghost(one.name)"><i class="desk-ghost"></i>{{ kept ? "design A" : "design before" }}</span></p>
+          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><b v-if="c.alone" :style="{ color: c.colour }">▲ </b><i v-else :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="ghost(one.name)"><i class="desk-ghost"></i>{{ kept ? "design A" : "design before" }}</span></p>
           <canvas v-if="one.name === 'modes'" v-show="answers.modes?.shapes" class="desk-shape" ref="shape" role="img" aria-label="shaft in the mode that is chosen, moving; drag to turn it" @pointerdown="turn($event)"></canvas>
           <p v-if="answers[one.name]?.shapes" class="desk-legend"><button v-for="(row, k) in answers[one.name].rows" :key="k" :aria-pressed="mode === k" @click="mode = k">mode {{ k + 1 }}</button><button :aria-pressed="moving" @click="moving = !moving">{{ moving ? "stop" : "move" }}</button></p>
           <template v-if="answers[one.name]"><div class="desk-sides"><div class="desk-table" v-if="answers[one.name].rows && answers[one.name].rows.length"><table :data-table="one.name"><thead><tr><th v-for="head in answers[one.name].heads" :key="head" scope="col">{{ head }}</th></tr></thead>
@@ -187,12 +187,13 @@ export default {
         for (const [name, one] of Object.entries(this.answers)) if (!one.first) this.before[name] = one;
         this.last = group;
       }
-      if (sent.act === "set") delete this.refused[sent.path];
-      else if (!refused) this.refused = {};
-      if (!refused && !answer.conflict) for (const [path, one] of Object.entries(this.refused)) if (one.text === undefined) delete this.refused[path];
+      for (const [path, one] of Object.entries(this.refused)) {
+        if (this.acts.some((next) => next.act === "set" && next.path === path)) continue; // typed after what is answered here
+        if (sent.act === "set" ? path === sent.path || (!refused && one.text === undefined) : !refused) delete this.refused[path];
+      }
       this.conflict = Boolean(answer.conflict);
       this.sentence = "";
-      if (refused && sent.act === "set") this.refused[sent.path] = { text: sent.text, sentence: refused.sentence };
+      if (refused && sent.act === "set") this.refused[sent.path] = { text: this.refused[sent.path]?.text ?? sent.text, sentence: refused.sentence };
       else if (refused) this.sentence = refused.sentence;
       if (refused?.field) this.pointAt(refused);
       if (answer.chosen) this.choose(answer.chosen);
@@ -304,7 +305,6 @@ export default {
     },
     typed(field, text) {
       this.typedAt = performance.now();
-      this.typing = field.path;
       this.refused[field.path] = { text, sentence: this.refused[field.path]?.sentence || "" };
       this.act("set", { path: field.path, text, burst: String(this.burst) });
     },
@@ -325,9 +325,13 @@ export default {
       event.target.value = next;
       this.typed(field, next);
     },
+    // What is shown at once of a part: what is written, but for the rows of a table over the speed.
+    first(field) {
+      return field.set && !field.path.includes(".points.");
+    },
     shown(part) {
       const open = this.more[part.path];
-      return part.fields.filter((one) => one.set || open || this.wrong(one.path) || this.refused[one.path]);
+      return part.fields.filter((one) => this.first(one) || open || this.wrong(one.path) || this.refused[one.path]);
     },
     isOpen(group) {
       return this.opened[group.key] ?? (group.open && group.parts.length + group.add.length > 0);
@@ -451,8 +455,9 @@ export default {
     },
     legend(name) {
       const colours = theme(this.dark); // read again when the page turns dark
+      const alone = (y) => y.every((v, k) => v === null || !k || y[k - 1] === null); // points without a line
       const { curves, y } = this.answers[name], inside = (v) => v !== null && (!y.range || (v >= y.range[0] && v <= y.range[1]));
-      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: shade(colours, one.colour), dash: one.dash }));
+      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: shade(colours, one.colour), dash: one.dash, alone: alone(one.y) }));
     },
     verdict(row) {
       const last = row.at(-1) || "";

@@ -3,7 +3,7 @@ export { theme } from "./colours.js";
 export { drawFilm } from "./film.js";
 export { Film3d } from "./film3d.js";
 export { drawOrbit } from "./orbit.js";
-export { begin, stroke, ticks } from "./plot.js";
+export { begin, frame, line, stroke, ticks } from "./plot.js";
 export { readings } from "./readings.js";
 export { shortcuts } from "./shortcuts.js";
 export { drawSpectrum, Waterfall } from "./spectrum.js";

@@ -28,34 +28,42 @@ export function ticks(low, high, most) {
 const text = (value) => String(Number(value.toPrecision(4)));
 
 // Draws frame, ticks and labels; returns the maps from values to pixels. A name for a tick may be given.
-export function axes({ g, colours }, box, xs, ys, xlabel, ylabel, name = text) {
-  const px = (v) => box.x + ((v - xs[0]) / (xs[1] - xs[0])) * box.w;
-  const py = (v) => box.y + box.h - ((v - ys[0]) / (ys[1] - ys[0])) * box.h;
+export function axes(view, box, xs, ys, xlabel, ylabel, name = text) {
+  const map = {
+    px: (v) => box.x + ((v - xs[0]) / (xs[1] - xs[0])) * box.w,
+    py: (v) => box.y + box.h - ((v - ys[0]) / (ys[1] - ys[0])) * box.h,
+  };
+  const across = ticks(...xs, Math.max(box.w / 38, 2)).map((v) => [v, xlabel === null ? "" : text(v)]);
+  const up = ticks(...ys, Math.max(box.h / 28, 2)).map((v) => [v, name(v)]);
+  frame(view, box, map, across, up, xlabel || "", ylabel, 33);
+  return map;
+}
+
+// Frame with ticks, each a value and its text, and labels; that of y is so far from the box.
+export function frame({ g, colours }, box, map, across, up, xlabel, ylabel, away) {
   g.strokeStyle = colours.faint;
   g.fillStyle = colours.ink;
   g.lineWidth = 1;
   g.textBaseline = "top";
   g.textAlign = "center";
-  for (const v of ticks(xs[0], xs[1], Math.max(box.w / 38, 2))) {
-    stroke(g, px(v), box.y, px(v), box.y + box.h);
-    if (xlabel !== null) g.fillText(text(v), px(v), box.y + box.h + 3);
+  for (const [v, name] of across) {
+    stroke(g, map.px(v), box.y, map.px(v), box.y + box.h);
+    g.fillText(name, map.px(v), box.y + box.h + 4);
   }
+  g.fillText(xlabel, box.x + box.w / 2, box.y + box.h + 19);
   g.textAlign = "right";
   g.textBaseline = "middle";
-  for (const v of ticks(ys[0], ys[1], Math.max(box.h / 28, 2))) {
-    stroke(g, box.x, py(v), box.x + box.w, py(v));
-    g.fillText(name(v), box.x - 4, py(v));
+  for (const [v, name] of up) {
+    stroke(g, box.x, map.py(v), box.x + box.w, map.py(v));
+    g.fillText(name, box.x - 5, map.py(v));
   }
   g.strokeRect(box.x, box.y, box.w, box.h);
-  g.textAlign = "center";
-  g.textBaseline = "top";
-  if (xlabel) g.fillText(xlabel, box.x + box.w / 2, box.y + box.h + 16);
   g.save();
-  g.translate(box.x - 38, box.y + box.h / 2);
+  g.translate(box.x - away, box.y + box.h / 2);
   g.rotate(-Math.PI / 2);
+  g.textAlign = "center";
   g.fillText(ylabel, 0, 0);
   g.restore();
-  return { px, py };
 }
 
 export function stroke(g, x1, y1, x2, y2) {
@@ -65,11 +73,18 @@ export function stroke(g, x1, y1, x2, y2) {
   g.stroke();
 }
 
+// A line through points, with gaps where one has no value.
 export function line(g, map, xs, ys, colour, width = 1.3) {
   g.strokeStyle = colour;
   g.lineWidth = width;
   g.beginPath();
-  for (let i = 0; i < ys.length; i++) g.lineTo(map.px(xs(i)), map.py(ys[i]));
+  let drawing = false;
+  for (let i = 0; i < ys.length; i++) {
+    const x = xs(i), known = x !== null && ys[i] !== null;
+    if (known && drawing) g.lineTo(map.px(x), map.py(ys[i]));
+    else if (known) g.moveTo(map.px(x), map.py(ys[i]));
+    drawing = known;
+  }
   g.stroke();
 }
 

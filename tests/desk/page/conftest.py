@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from live_browser import PATIENCE, Started, serve
+from live_browser import PATIENCE, Started, serve, watched
 from rotorsim.machine import machine_text
 
 READY = "[...document.querySelectorAll('[data-panel]')].length > 0 && window.deskTimes.some((one) => one.all)"
@@ -24,16 +24,14 @@ def desk_of(tmp_path, browser):
         context = browser.new_context(
             viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce"
         )  # a mode that moves takes the processor
-        page = context.new_page()
+        page = watched(context, desk.address)
         begun.append((desk, context, page))
-        page.set_default_timeout(PATIENCE * 1e3)
-        page.file, page.address, page.lines, page.faults = path, desk.address, desk.lines, []
+        page.file, page.address, page.lines = path, desk.address, desk.lines
         if hidden:
             kept = json.dumps(json.dumps(dict.fromkeys(hidden, True)))
             page.add_init_script(f"localStorage.setItem('rotorsim-desk-hidden', {kept})")
-        page.on("request", lambda r: page.faults.append(r.url) if foreign(r.url, desk.address) else None)
-        page.on("pageerror", lambda error: page.faults.append(str(error)))
         page.goto(desk.address)
+        page.wait_for_selector(".desk")  # the printed address leads on to the page
         if name is not None and ready:
             page.wait_for_function(READY)
         return page
@@ -45,7 +43,3 @@ def desk_of(tmp_path, browser):
         desk.process.send_signal(2)
         assert desk.process.wait(timeout=PATIENCE) == 0
         assert not [line for line in desk.lines if "Traceback" in line or "Exception" in line]
-
-
-def foreign(url, address):
-    return not url.startswith((address.split("?")[0], "data:", "blob:", "ws://127.0.0.1"))

@@ -137,6 +137,32 @@ def test_a_value_is_answered_while_it_is_typed_and_a_refused_one_keeps_the_last_
     assert table(page, "campbell") == before and shapes(page) == drawn
 
 
+LATE = """() => {
+  const own = window.fetch;
+  window.fetch = async (path, ...rest) => {
+    if (path === "desk" && rest.length) await new Promise((next) => setTimeout(next, 400));
+    return own(path, ...rest);
+  };
+}"""
+"""Acts reach the server late."""
+
+
+def test_what_is_typed_before_the_answer_to_an_earlier_keystroke_stays(desk_of):
+    page = desk_of("plain_rotor")
+    page.evaluate(LATE)
+    for text, wrong in (("4.25", "false"), ("3.9b", "true"), ("3.875", "false")):
+        mass = field(page, "discs.0.mass")
+        mass.fill("")
+        mass.press_sequentially(text, delay=100)
+        page.wait_for_timeout(1000)
+        expect(mass).to_have_attribute("aria-invalid", wrong)
+        expect(mass).to_have_value(text)
+    settled(page)
+    page.keyboard.press("Control+s")
+    expect(page.locator("[data-saved]")).to_have_text("saved")
+    assert load_machine(page.file).discs[0].mass == 3.875
+
+
 def test_two_hundred_random_edits_are_undone_on_the_page_to_the_byte(desk_of):
     page = desk_of("plain_rotor")
     text = page.file.read_bytes()
@@ -332,7 +358,7 @@ CONTRAST = """() => {
     }
     return document.body.classList.contains("body--dark") ? [18, 18, 18] : [255, 255, 255];
   };
-  const seen = [...document.querySelectorAll(".desk *")].filter((one) => one.checkVisibility() && !one.disabled &&
+  const seen = [...document.querySelectorAll(".desk *, .live-head *")].filter((one) => one.checkVisibility() && !one.disabled &&
     !one.closest("svg") && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));
   return seen.map((one) => {
     const [a, b] = [light(parts(getComputedStyle(one).color)), light(behind(one))];

@@ -2,7 +2,7 @@
 
 import pytest
 
-from live_browser import PATIENCE, Started
+from live_browser import PATIENCE, Started, watched
 
 
 @pytest.fixture(scope="module")
@@ -28,17 +28,9 @@ def address(rig):
 def page(browser, address):
     """A window on the rig, calm, and what it asked of others."""
     context = browser.new_context(viewport={"width": 1440, "height": 900})
-    page = context.new_page()
-    page.set_default_timeout(PATIENCE * 1e3)
-    page.elsewhere = []
-    page.on("request", lambda r: page.elsewhere.append(r.url) if _foreign(r.url, address) else None)
-    page.on("pageerror", lambda error: page.elsewhere.append(str(error)))
+    page = watched(context, address)
     page.goto(address)
     page.wait_for_function("window.rotorsimFrames > 3", timeout=PATIENCE * 1e3)
     yield page
-    assert page.elsewhere == []
+    assert page.faults == []
     context.close()
-
-
-def _foreign(url, address):
-    return not url.startswith((address.split("?")[0], "data:", "blob:", "ws://127.0.0.1"))
