@@ -278,6 +278,9 @@ class EffectSearch:
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
         found = EffectSearch(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
+        if self.nominal is not None:
+            own = h.fit.J[:, len(self.base.parameters) :]
+            found.nominal = replace(h.fit, J=np.hstack([self.nominal.J, own]))
         if self.before is not None and strained(h.fit):
             base = self._from_file(h.fit, self.before.base.J)
             columns = {f.label: self.before.columns[f.label] for f in forms}

@@ -95,6 +95,22 @@ def test_a_further_effect_is_found_from_the_files_own_numbers_where_the_calibrat
     assert not found or best.fit.point.values[FIRST] == pytest.approx(1.5, abs=0.01)
 
 
+def test_a_further_effect_takes_new_sensitivities_of_the_finalists_alone(monkeypatch):
+    """The other forms are ranked by those that the search began with; one search of 21 forms took 21 before."""
+    first = search(0.0, monkeypatch, other=1.5)
+    faint = [Form("runout", f"runout.{i}", (FitParameter(f"faint {i}", 0.1),)) for i in range(20)]
+    first.forms, first.nominal = (FORM, *faint), first.base
+    across = np.array([1.0, 1.0, -1.0, -1.0])
+    first.columns |= {form.label: (across + 0.01 * (i + 1) * ONES)[:, None] for i, form in enumerate(faint)}
+    point = first.base.point.moved([FIRST], np.array([1.5]))
+    residual, J = first.comparison.residual(point), first.comparison.jacobian(point, (GAIN, FIRST))
+    fit = ParameterFit((GAIN, FIRST), point, residual, J, float(residual @ residual))
+    onward = first.onward(hypotheses.Hypothesis((OTHER,), fit, fit.cost, 0.0, 0.9))
+    best = min(onward.best_singles(), key=lambda h: h.fit.cost)
+    assert best.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)
+    assert FORM.label in onward.updated and len(onward.updated) <= hypotheses.FINALISTS
+
+
 def test_what_is_idle_in_a_set_from_the_files_own_numbers_is_left_out(monkeypatch):
     """At a gain of 5 the effect alone does nothing: its fit without the idle one begins at the file's numbers too."""
     astray = search(5.0, monkeypatch)
