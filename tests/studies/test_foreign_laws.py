@@ -66,12 +66,12 @@ def held_force(case, lines):
 SPRING = HiddenLaw("spring", "spring", force=lambda u, v, angle, speed: -u)
 
 
-@pytest.mark.parametrize("place", ["disc 2", "right bearing"])
+@pytest.mark.parametrize("place", ["disc 1", "right bearing"])
 @pytest.mark.parametrize("two", [(SPRING, BY_NAME["softening with speed"]), (BY_NAME["softening with speed"], SPRING),
                                  (SPRING, SPRING)])  # fmt: skip
 def test_two_laws_at_once_are_the_rotor_with_both_of_them(two, place):
     """A spring in the time domain and a stiffness of lines, at one place or at two, against the matrices with both."""
-    other = LawCase(two[1], "disc 2", -0.1 if two[1] is not SPRING else 3e4, RIG, 1)
+    other = LawCase(two[1], "disc 1", -0.1 if two[1] is not SPRING else 3e4, RIG, 1)
     case = LawCase(two[0], place, 0.2 if two[0] is not SPRING else 2e4, RIG, 1, other)
     lines = np.arange(0.0, HIGHEST, 1 / PERIOD)
     found = repeated(case, 40, 1.0, case.size, {})
@@ -145,14 +145,14 @@ def test_a_verdict_is_right_by_form_and_place(law, found, outcome, monkeypatch):
 @pytest.mark.parametrize(
     ("kinds", "place", "outcome"),
     [
-        (("cubic", "drag"), "disc 2", "right"), (("drag",), "disc 2", "right, one of two"),
-        (("radial cubic",), "disc 2", "right, one of two"), (("cubic", "dry"), "disc 2", "WRONG law"),
-        (("cubic",), "disc 1", "WRONG place"),
+        (("cubic", "drag"), "disc 1", "right"), (("drag",), "disc 1", "right, one of two"),
+        (("radial cubic",), "disc 1", "right, one of two"), (("cubic", "dry"), "disc 1", "WRONG law"),
+        (("cubic",), "disc 0", "WRONG place"),
     ],
 )  # fmt: skip
 def test_of_two_laws_at_a_place_one_or_both_may_be_found(kinds, place, outcome, monkeypatch):
     monkeypatch.setattr("studies.benchmarks.foreign_laws.reduction", lambda gap: 1.0)
-    case = LawCase(BY_NAME["cubic"], "disc 2", 2.0, RIG, 1, LawCase(BY_NAME["drag"], "disc 2", 3.0, RIG, 1))
+    case = LawCase(BY_NAME["cubic"], "disc 1", 2.0, RIG, 1, LawCase(BY_NAME["drag"], "disc 1", 3.0, RIG, 1))
     sizes = {"cubic": 2.1, "radial_cubic": 2.1, "drag": 3.3, "dry": 1.0}
     own = SimpleNamespace(place=place, near=(), kinds=kinds, places=(),
                           terms={(key := kind.replace(" ", "_")): (sizes[key], 0.0) for kind in kinds})  # fmt: skip
@@ -162,11 +162,11 @@ def test_of_two_laws_at_a_place_one_or_both_may_be_found(kinds, place, outcome, 
         assert seen["error"] == pytest.approx(0.1 if "drag" in kinds else 0.05)
 
 
-@pytest.mark.parametrize(("places", "outcome"), [(("disc 2", "the bearing left"), "right"),
-                                                 (("the bearing left", "disc 2"), "WRONG place")])  # fmt: skip
+@pytest.mark.parametrize(("places", "outcome"), [(("disc 1", "the bearing left"), "right"),
+                                                 (("the bearing left", "disc 1"), "WRONG place")])  # fmt: skip
 def test_two_laws_at_two_places_are_right_each_at_its_own(places, outcome, monkeypatch):
     monkeypatch.setattr("studies.benchmarks.foreign_laws.reduction", lambda gap: 1.0)
-    case = LawCase(BY_NAME["cubic"], "disc 2", 2.0, RIG, 1, LawCase(BY_NAME["dry"], "left bearing", 0.5, RIG, 1))
+    case = LawCase(BY_NAME["cubic"], "disc 1", 2.0, RIG, 1, LawCase(BY_NAME["dry"], "left bearing", 0.5, RIG, 1))
     own = SimpleNamespace(place=places[0], near=(), kinds=("cubic", "dry"), places=tuple((z, 0.0) for z in places),
                           terms={"cubic": (2.0, 0.0), "dry": (0.55, 0.0)})  # fmt: skip
     seen = judged(case, SimpleNamespace(status="discovered", gap=None, discovered=own))
