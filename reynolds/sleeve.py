@@ -34,7 +34,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from math import pi
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 

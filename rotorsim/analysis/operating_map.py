@@ -76,9 +76,9 @@ BRANCHES: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OperatingPoint(Shown):
-    """Equilibrium, linear model, and K, C (n, 2 films, 2 films) [N/m, N s/m] of the films at the whirl frequencies `at`.
+    """Equilibrium, linear model, and K, C (n, 2 films, 2 films) [N/m, N s/m] at the whirl frequencies `at` [rad/s].
 
-    K[i, a, b] is the force against a per displacement along b at at[i] [rad/s]; a and b are x, y of the first film, then
+    K[i, a, b] is the films' force against a per displacement along b at at[i]; a and b are x, y of the first film, then
     x, y of the second and so on: three frequencies of two films give (3, 4, 4). NaN (n, 2, 2) without films.
     """
 

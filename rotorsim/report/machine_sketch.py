@@ -318,10 +318,10 @@ def side_view(machine: Machine) -> SideView:
     shapes += [Shape(f"shaft.sections.{k}", "shaft", one) for k, one in enumerate(_sections(machine, 1e3))]
     shapes += [Shape(f"shaft.layers.{k // 2}", "layer", one) for k, one in enumerate(_layers(machine, 1e3))]
     shapes += [Shape(f"shaft.sections.{k}", "bore", one) for k, one in _bores(machine)]
-    for number, film in zip(machine.film_bearings, machine.films, strict=True):
-        mouths = sorted({n.z * 1e3 for n in nozzles(machine) if n.bearing == number})
+    for k, film in zip(machine.film_bearings, machine.films, strict=True):
+        mouths = sorted({n.z * 1e3 for n in nozzles(machine) if n.bearing == k})
         for kind, box in _film_parts(film, thick, mouths, MOUTH * (end - start)):
-            shapes += [Shape(f"bearings.{number}", kind, one) for one in (box, _below(box))]
+            shapes += [Shape(f"bearings.{k}", kind, one) for one in (box, _below(box))]
     for k, one in enumerate(machine.thrust_bearings):
         shapes.append(Shape(f"thrust_bearings.{k}", "collar", _corners(_collar(one, least))))
     plates = list(_plates(machine, 1e3, least))
@@ -336,9 +336,7 @@ def side_view(machine: Machine) -> SideView:
     marks += [Mark(f"point_masses.{k}", "mass", m.position * 1e3, 0.0) for k, m in enumerate(machine.point_masses)]
     marks += [Mark(_probe_at(machine, z), "probe", z * 1e3, 1.12 * top) for z in planes]
     rows = _dimension_rows(machine, planes)
-    return SideView(
-        tuple(shapes), tuple(marks), rows, tuple(_pieces(machine)), tuple(_named(machine)), start, end, top
-    )
+    return SideView(tuple(shapes), tuple(marks), rows, tuple(_pieces(machine)), tuple(_named(machine)), start, end, top)
 
 
 def _probe_at(machine: Machine, z: float) -> str:
@@ -466,9 +464,7 @@ def _part_names(figure: go.Figure, view: SideView, low: float, high: float) -> f
         z = min(max(z, low + half), high - half)
         line = next((k for k, end in enumerate(ends) if end < z - half), len(ends))
         ends[line : line + 1] = [z + half + letter]
-        figure.add_annotation(
-            x=z, y=1.25 * view.top, yanchor="bottom", yshift=line * LINE, text=text, showarrow=False
-        )
+        figure.add_annotation(x=z, y=1.25 * view.top, yanchor="bottom", yshift=line * LINE, text=text, showarrow=False)
     return len(ends) * LINE
 
 

@@ -367,7 +367,9 @@ def test_a_designers_slips_are_listed_at_once_with_exit_code_2(length, more, tmp
     assert {line.split(": ")[1] for line in lines} == ALWAYS | more
 
 
-MANY = BAD.replace("LENGTH", "100 mm") + """[[bearings]]
+MANY = (
+    BAD.replace("LENGTH", "100 mm")
+    + """[[bearings]]
 kind = "gas_flim"
 position = "200 mm"
 [[discs]]
@@ -386,6 +388,7 @@ position = "250"
 [effects.unbalance]
 me = "5 g"
 """
+)
 MORE = {
     "bearings.2.kind", "discs.0.position", "discs.0.mass", "discs.0.polar_inertia", "thrust_bearings.0.pushes",
     "thrust_bearings.0.inner_diameter", "probe.position", "effects.unbalance.me",

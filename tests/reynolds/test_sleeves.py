@@ -84,7 +84,7 @@ FED = {
     "grooves": Sleeve(grooves=Grooves(10e-6, 0.5, 0.5, land=0.014)),
     "grooved journal": Sleeve(grooves=Grooves(10e-6, 0.5, 0.5, land=0.014, on="journal")),
 }
-"""Foils with orifices in them, which the film of 20 um bends by some 8 um, and grooves beside a fed land."""
+"""Foils with orifices in them, which the film of 20 um bends by some 8 um, and grooves next to a fed land."""
 
 
 @pytest.mark.parametrize("bumps", ["points", "strips"])
@@ -141,7 +141,7 @@ def test_a_fed_film_answers_a_small_vibration_as_its_dynamic_stiffness_and_keeps
     assert march.mass_defect < 1e-12
 
 
-def test_a_film_with_grooves_beside_a_fed_land_converges_in_the_second_order_to_that_of_vanishing_grooves():
+def test_a_film_with_grooves_and_a_fed_land_converges_in_the_second_order_to_that_of_vanishing_grooves():
     """The fed plain film, within the 6e-4 by which the two schemes differ on 32 lines."""
     films = [bearing(FED["grooves"], n, n // 2, injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY) for n in (32, 64, 128)]
     coarse, fine = (np.linalg.norm(b.force - a.force) for a, b in pairwise(films))

@@ -375,7 +375,7 @@ def solve_stage(w, ix, P, stage, speed, adt):
             return give_up(w, P, speed, adt)
         agreed = RIG.n_contact == 0 or contacts_agree(w, P, speed, adt)
         if not agreed and room_left(w, FILM.convergence) < 1.0:
-            cut_short(w, FILM.convergence, journals_moved(w, P))
+            cut_short(w, FILM.convergence, max(journals_moved(w, P), P.tolerance))
         if w[FILM.convergence + CUT] > TRUST:
             hold_films(w, P, speed, adt)
         if agreed or w[FILM.convergence + CUT] > 0.0:
