@@ -8,7 +8,7 @@ with the noise sigma of each channel, the receptance H from a place and the spec
 of one line at a share of the speed. The noise is a smooth function of the frequency, with a size of its own in each
 record. S, sigma and the place follow from Whittle's likelihood over all records and lines away from the orders. Between
 records that repeat each other a number of the machine may have changed: their difference is a step along the
-sensitivities of one part of it. Records have no time: the steps' sizes are known, not their senses. A law is told from
+sensitivities of one part of it. Records have no time: the steps' sizes are known, not their senses. A law is known from
 a drift by what it explains where the numbers of that part may differ from record to record.
 
 Assumes: a force whose x and y are not related; noise that changes little within an octave. Source: Whittle (1953).

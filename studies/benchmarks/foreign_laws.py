@@ -220,7 +220,7 @@ def nonlinear(
             raise ValueError(f"{names}, {speed:.4g} rad/s: no motion that stays small was found")
     if not own:
         return force
-    try:  # where friction is steep the steps above go to and fro
+    try:  # where friction is steep the steps above have no end
         found = newton_krylov(lambda x: (answered(x.view(complex)) - x.view(complex)).view(float), force.view(float),
                               f_tol=1e-7 * np.abs(force).max(), maxiter=50)  # fmt: skip
     except NoConvergence:

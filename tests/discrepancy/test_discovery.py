@@ -464,8 +464,8 @@ def test_what_a_random_force_makes_of_records_by_chance_is_no_drift(chance, foun
         assert abs(seen.size[0] - 40.0) < 3 * seen.sd[0] < 0.3
 
 
-@pytest.mark.parametrize(("own", "told"), [(False, False), (True, True)])
-def test_a_law_is_told_from_a_drift_by_what_it_explains_where_each_record_has_its_own_numbers(own, told):
+@pytest.mark.parametrize(("own", "apart"), [(False, False), (True, True)])
+def test_a_law_is_known_from_a_drift_by_what_it_explains_where_each_record_has_its_own_numbers(own, apart):
     """A number that rises from record to record, in the order of their speeds, is as a force by the speed."""
     rng, records, n = np.random.default_rng(4), 8, 200
     record, column = np.repeat(np.arange(records), n), rng.normal(size=records * n)
@@ -476,7 +476,7 @@ def test_a_law_is_told_from_a_drift_by_what_it_explains_where_each_record_has_it
     fit = SimpleNamespace(parameters=(FitParameter("bearing.0.kx", 0.1, sd=0.3),), vector=np.array([0.1]))
     alone = np.linalg.lstsq(np.column_stack([column, law]), residual, rcond=None)[1][0]
     assert np.linalg.lstsq(column[:, None], residual, rcond=None)[1][0] - alone > 1000.0
-    assert (fall_next_to_drift(seen, fit, "bearing.0", law) > 100.0) == told
+    assert (fall_next_to_drift(seen, fit, "bearing.0", law) > 100.0) == apart
 
 
 @pytest.mark.parametrize("tolerance", [0.0005, 0.002])

@@ -86,7 +86,7 @@ def test_two_laws_at_once_are_the_rotor_with_both_of_them(two, place):
 
 
 def test_steep_friction_next_to_a_cubic_force_has_a_periodic_motion():
-    """At half the force simple steps go to and fro for ever; the motion found obeys both laws, moment by moment."""
+    """At half the force simple steps have no end; the motion found obeys both laws, moment by moment."""
     case = drawn_pair("cubic and dry", 2)
     lines, known, speed = np.arange(0.0, HIGHEST, 1 / PERIOD), {}, 2 * np.pi * 16
     repeated(case, 16, 0.5, case.size, known)
