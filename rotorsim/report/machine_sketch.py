@@ -436,7 +436,8 @@ def _below(corners: Polygon) -> Polygon:
 def _collar(thrust: ThrustBearing, width: float) -> Box:
     """The face on which a thrust bearing pushes, in mm."""
     z, radius = thrust.position * 1e3, thrust.outer_diameter * 500
-    return *sorted((z - thrust.sign * width / 2, z + thrust.sign * width)), -radius, radius
+    left, right = sorted((z - thrust.sign * width / 2, z + thrust.sign * width))
+    return left, right, -radius, radius
 
 
 def _named(machine: Machine) -> Iterator[tuple[float, str]]:
