@@ -405,13 +405,18 @@ class EffectSearch:
         return [self._closer(self.hypothesis(own, view.drop(self.forms.index(own[0]))[1])) for own in chosen]
 
     def _closer(self, h: Hypothesis) -> Hypothesis:
-        """A hypothesis fitted on with new sensitivities as long as that helps."""
-        for _ in range(MOST_ROUNDS):
-            shown = self.base_excess > 0
+        """A hypothesis fitted on with new sensitivities as long as that helps.
+
+        Where a misfit is shown, it ends too once the rounds that are left, each as good as the last, would not bring it
+        to the calibration's cost.
+        """
+        shown = self.base_excess > 0
+        for left in reversed(range(MOST_ROUNDS)):
             if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
-            if h.fit.cost > 0.95 * last:
+            fall = h.fit.cost / last
+            if fall > 0.95 or (shown and h.fit.cost * fall**left > self.base.cost):
                 break
         return h
 
