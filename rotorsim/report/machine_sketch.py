@@ -229,13 +229,18 @@ def _dots(machine: Machine, found: Sequence[Nozzle], scale: float) -> dict[str, 
     }
 
 
+def _planes(machine: Machine) -> list[float]:
+    """Coordinates z [m] of the displacement signal and of further probes."""
+    further = [probe.position for probe in machine.probes if probe.position is not None]
+    return sorted({round(z, 6) for z in (probe_plane(machine).begin, *further)})
+
+
 def _probes(figure: go.Figure, machine: Machine) -> None:
     """Planes of the probes above the shaft: that of the displacement signal and those of further probes."""
-    planes = {round(probe_plane(machine).begin, 6)}
-    planes |= {round(one.position, 6) for one in machine.probes if one.position is not None}
+    planes = _planes(machine)
     middle = 0.5 * (machine.shaft.start + machine.shaft.end)
     figure.add_scatter(
-        x=[z * 1e3 for z in sorted(planes)], y=[PROBE_AT] * len(planes), mode="markers+text", name="probes",
+        x=[z * 1e3 for z in planes], y=[PROBE_AT] * len(planes), mode="markers+text", name="probes",
         text=["  probes  ", *[""] * (len(planes) - 1)], textfont={"size": 12, "color": INK}, cliponaxis=False,
         textposition="middle left" if min(planes) > middle else "middle right", hoverinfo="name+x",
         marker={"symbol": "diamond-tall", "size": 14, "color": PROBE, "line": {"color": "white", "width": 1}},
@@ -314,7 +319,7 @@ def side_view(machine: Machine) -> SideView:
     start, end = (1e3 * f([z, *discs_at]) for f, z in ((min, machine.shaft.start), (max, machine.shaft.end)))
     least, thick = FLAT * (end - start), SLEEVE * (end - start)
     shapes = [Shape(f"discs.{k}", "arm", _corners(_arm(d, least))) for k, d in enumerate(machine.discs) if d.arm]
-    shapes += [Shape(f"discs.{k}", "disc", _corners(_solid(d, least))) for k, d in enumerate(machine.discs)]
+    shapes += [Shape(f"discs.{k}", "disc", _corners(_disc(d, 1e3, least))) for k, d in enumerate(machine.discs)]
     shapes += [Shape(f"shaft.sections.{k}", "shaft", one) for k, one in enumerate(_sections(machine, 1e3))]
     shapes += [Shape(f"shaft.layers.{k // 2}", "layer", one) for k, one in enumerate(_layers(machine, 1e3))]
     shapes += [Shape(f"shaft.sections.{k}", "bore", one) for k, one in _bores(machine)]
@@ -327,8 +332,7 @@ def side_view(machine: Machine) -> SideView:
     plates = list(_plates(machine, 1e3, least))
     shapes += [Shape(f"thrust_bearings.{k // 2}", "bearing", _corners(one)) for k, one in enumerate(plates)]
     top = max(y for one in shapes if one.kind != "arm" for _, y in one.corners)
-    planes = sorted({round(probe_plane(machine).begin, 6)}
-                    | {round(p.position, 6) for p in machine.probes if p.position is not None})  # fmt: skip
+    planes = _planes(machine)
     marks = [
         Mark(f"bearings.{k}", "spring", b.position * 1e3, -_at(machine, b.position, 1e3))
         for k, b in enumerate(machine.bearings) if b.coefficients is not None
@@ -409,12 +413,6 @@ def _pieces(machine: Machine) -> Iterator[tuple[float, float, str]]:
         yield z * 1e3, (z + one.length) * 1e3, text
 
 
-def _solid(disc: Disc, least: float) -> Box:
-    """A disc in mm, at least so wide."""
-    half, radius = max(_width(disc) * 1e3, least) / 2, _radius(disc) * 1e3
-    return disc.position * 1e3 - half, disc.position * 1e3 + half, -radius, radius
-
-
 def _film_parts(film: GasFilm, thick: float, mouths: Sequence[float], least: float) -> Iterator[tuple[str, Polygon]]:
     """Kind and shape, in mm, of a sleeve, its foil and its orifices at `mouths` as they are seen above the shaft."""
     left, right = (1e3 * z for z in film.ends)
@@ -436,7 +434,8 @@ def _below(corners: Polygon) -> Polygon:
 def _collar(thrust: ThrustBearing, width: float) -> Box:
     """The face on which a thrust bearing pushes, in mm."""
     z, radius = thrust.position * 1e3, thrust.outer_diameter * 500
-    return *sorted((z - thrust.sign * width / 2, z + thrust.sign * width)), -radius, radius
+    left, right = sorted((z - thrust.sign * width / 2, z + thrust.sign * width))
+    return left, right, -radius, radius
 
 
 def _named(machine: Machine) -> Iterator[tuple[float, str]]:
