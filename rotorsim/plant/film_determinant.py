@@ -22,29 +22,30 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from reynolds.jit import kernel
 from reynolds.perturbation import LinearFilm
 
-TOGETHER = 8
-"""Frequencies that go through the pattern together."""
+TOGETHER, LANES = 8, 4
+"""Most frequencies that go through the pattern together, and the number whose multiples the processor takes at once."""
 
 
 def _eliminate(starts, columns, diagonal, base, slope, place, count, s, re, im, pivots):
-    """Rows of base + s slope without their first `count` columns, by columns of the pattern, at TOGETHER frequencies.
+    """Rows of base + s slope without their first `count` columns, by columns of the pattern, at s (k,).
 
-    `pivots` (count, TOGETHER) are the diagonal after elimination; `re`, `im` (places, TOGETHER) have the factors,
+    `pivots` (count, k) are the diagonal after elimination; `re`, `im` (places, k) have the factors,
     `place` is room for the places of a row.
     """
     for i in range(len(starts) - 1):
         for e in range(starts[i], starts[i + 1]):
             place[columns[e]] = e
-            for b in range(TOGETHER):
+            for b in range(len(s)):
                 re[e, b] = base[e] + slope[e] * s[b].real
                 im[e, b] = slope[e] * s[b].imag
         for e in range(starts[i], starts[i + 1]):
             k = columns[e]
             if k >= i or k >= count:
                 break
-            for b in range(TOGETHER):
+            for b in range(len(s)):
                 p = pivots[k, b]
                 size = p.real * p.real + p.imag * p.imag
                 x, y = re[e, b], im[e, b]
@@ -52,18 +53,16 @@ def _eliminate(starts, columns, diagonal, base, slope, place, count, s, re, im, 
                 im[e, b] = (y * p.real - x * p.imag) / size
             for f in range(diagonal[k] + 1, starts[k + 1]):
                 t = place[columns[f]]
-                for b in range(TOGETHER):
+                for b in range(len(s)):
                     re[t, b] -= re[e, b] * re[f, b] - im[e, b] * im[f, b]
                     im[t, b] -= re[e, b] * im[f, b] + im[e, b] * re[f, b]
         if i < count:
-            for b in range(TOGETHER):
+            for b in range(len(s)):
                 pivots[i, b] = complex(re[diagonal[i], b], im[diagonal[i], b])
 
 
 @cache
 def _compiled() -> Any:
-    from reynolds.jit import kernel  # brings numba
-
     return kernel(_eliminate)
 
 
@@ -135,14 +134,13 @@ class FilmDeterminant:
         """
         pattern, base, slope, diagonal = self._parts
         n, q, size = len(self.order), len(self.film.F_y), len(pattern.columns)
-        re, im = np.empty((2, size, TOGETHER))
-        pivots, room = np.empty((n, TOGETHER), complex), np.zeros(n + q, np.int64)
-        groups = np.resize(s, (-(-len(s) // TOGETHER), TOGETHER)).astype(complex)
+        room, at_rest, rate = np.zeros(n + q, np.int64), np.abs(base[diagonal, None]), slope[diagonal, None]
         last = pattern.places((n + np.arange(q))[:, None], n + np.arange(q))
-        logs, Z = np.empty(groups.shape, complex), np.empty((*groups.shape, q, q), complex)
-        at_rest, rate = np.abs(base[diagonal, None]), slope[diagonal, None]
-        for k, group in enumerate(groups):
+        padded, logs, Z = np.resize(s, -(-len(s) // LANES) * LANES).astype(complex), [], []
+        for k in range(0, len(padded), TOGETHER):
+            group = padded[k : k + TOGETHER]
+            re, im, pivots = *np.empty((2, size, len(group))), np.empty((n, len(group)), complex)
             _compiled()(pattern.starts, pattern.columns, diagonal, base, slope, room, n, group, re, im, pivots)
-            logs[k] = np.log(pivots / (at_rest + rate * group)).sum(axis=0)
-            Z[k] = -(re[last] + 1j * im[last]).transpose(2, 0, 1)
-        return logs.ravel()[: len(s)], Z.reshape(-1, q, q)[: len(s)]
+            logs.append(np.log(pivots / (at_rest + rate * group)).sum(axis=0))
+            Z.append(-(re[last] + 1j * im[last]).transpose(2, 0, 1))
+        return np.concatenate(logs)[: len(s)], np.concatenate(Z)[: len(s)]
