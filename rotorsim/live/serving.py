@@ -152,8 +152,8 @@ async def _welcome(send: Send, cookie: str, method: str) -> None:
     headers = [(b"content-type", b"text/html; charset=utf-8"), (b"set-cookie", cookie.encode())]
     headers += [(b"cache-control", b"no-store"), (b"referrer-policy", b"no-referrer")]
     await send({"type": "http.response.start", "status": 200, "headers": headers})
-    body = b"" if method == "HEAD" else b'<meta name="color-scheme" content="light dark"><meta http-equiv="refresh" content="0; url=/">\n'
-    await send({"type": "http.response.body", "body": body})
+    page = b'<meta name="color-scheme" content="light dark"><meta http-equiv="refresh" content="0; url=/">\n'
+    await send({"type": "http.response.body", "body": b"" if method == "HEAD" else page})
 
 
 async def _answer(send: Send, status: int, sentence: str) -> None:
