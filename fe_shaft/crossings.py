@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from fe_shaft.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, overlap
 from fe_shaft.pencil import Modes, Pencil
-from fe_shaft.spectrum import NEAR, SMALL, everything, predicted, refined, settled
+from fe_shaft.spectrum import NEAR, SMALL, everything, predicted, refined, settled, tracked
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 
 CLOSE = 1e-12
@@ -344,6 +344,9 @@ def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
     assert node.pencil is not None
     mode = node.modes.take([k])
     if pencil.size <= SMALL:
+        one = tracked(pencil, predicted(pencil, mode))
+        if one is not None and overlap(node.pencil, mode, pencil, one).item() > CERTAIN:
+            return one
         return _alike(node.pencil, mode, pencil, everything(pencil))
     guess = predicted(pencil, node.modes)
     first = int(overlap(node.pencil, mode, pencil, guess)[0].argmax())

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -53,8 +53,8 @@ class Pencil(Protocol):
         """Factors at s [rad/s]."""
 
     @property
-    def log_det(self) -> Callable[[complex], complex]:
-        """Logarithm of det(J - s S) at s up to a constant, the imaginary part modulo 2 pi; each s is computed once.
+    def log_det(self) -> Callable[[Vector], Vector]:
+        """Logarithm of det(J - s S) at s (k,) up to a constant, imaginary parts modulo 2 pi; each s is computed once.
 
         A factor whose roots are real and negative may be divided out: no sector of damping ratios below 1 holds one.
         """
@@ -106,12 +106,32 @@ class Quotient:
     known: Vector
 
     @cached_property
-    def log(self) -> Callable[[complex], complex]:
-        """Logarithm at s, the imaginary part modulo 2 pi."""
+    def _roots(self) -> Vector:
         real = np.abs(self.known.imag) <= OSCILLATES * np.abs(self.known)
-        roots = np.concatenate([self.known[real].real, self.known[~real], self.known[~real].conj()])
+        return np.concatenate([self.known[real].real, self.known[~real], self.known[~real].conj()])
 
-        return lambda s: complex(self.pencil.log_det(s) - np.log(s - roots).sum())
+    def log(self, s: Vector) -> Vector:
+        """Logarithm at s (k,), imaginary parts modulo 2 pi."""
+        return np.asarray(self.pencil.log_det(s) - np.log(s[:, None] - self._roots).sum(axis=1))
+
+
+def each_once(function: Callable[[Vector], Vector]) -> Callable[[Vector], Vector]:
+    """A function of s (k,) that keeps its values."""
+    known: dict[complex, complex] = {}
+
+    def at(s: Vector) -> Vector:
+        asked = s.tolist()
+        new = [one for one in dict.fromkeys(asked) if one not in known]
+        known.update(zip(new, function(np.array(new)).tolist() if new else [], strict=True))
+        return np.array([known[one] for one in asked])
+
+    return at
+
+
+def log_of(matrices: Vector) -> Vector:
+    """Logarithms (k,) of the determinants of complex matrices (k, n, n)."""
+    sign, size = np.linalg.slogdet(matrices)
+    return np.asarray(size + 1j * np.angle(sign))
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,15 +198,13 @@ class SecondOrder:
         return ShiftedSecondOrder(self, s)
 
     @cached_property
-    def log_det(self) -> Callable[[complex], complex]:
-        """Logarithm of the determinant at s up to a constant, the imaginary part modulo 2 pi."""
+    def log_det(self) -> Callable[[Vector], Vector]:
+        """Logarithms of the determinant at s (k,) up to a constant, imaginary parts modulo 2 pi."""
 
-        @cache
-        def log_det(s: complex) -> complex:
-            sign, size = np.linalg.slogdet(self.K + s * self.D + s * s * self.M)
-            return complex(size + 1j * np.angle(sign))
+        def log_det(s: Vector) -> Vector:
+            return np.concatenate([log_of(self.K + x * self.D + x * x * self.M) for x in s[:, None, None, None]])
 
-        return log_det
+        return each_once(log_det)
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,6 +41,10 @@ LOOSE = 1e10
 """Condition of left against right vectors above which they span no common subspace."""
 SMALL = 130
 """Size up to which all eigenvalues are computed at once."""
+QUOTIENTS = 8
+"""Most Rayleigh quotients on the way to one mode."""
+CLOSE = 1e-4
+"""Relative distance of the quotient from the shift up to which the factors stay."""
 EVERYWHERE = Region(float("inf"), 0.0, 1.0)
 """Region of all modes."""
 DEPTH, WIDTH = 14, 2
@@ -141,7 +145,8 @@ def settled(pencil: Pencil, guess: Modes) -> Modes:
         first = guess.values[left_over[0]]
         group = [k for k in left_over if abs(guess.values[k] - first) < NEAR * abs(first)]
         left_over = [k for k in left_over if k not in group]
-        found = iterated(pencil, guess.take(group))
+        found = tracked(pencil, guess.take(group)) if len(group) == 1 else None
+        found = iterated(pencil, guess.take(group)) if found is None else found
         alone = [group] if found is not None or len(group) == 1 else [[k] for k in group]
         for one in alone if found is None else []:
             single = iterated(pencil, guess.take(one))
@@ -179,6 +184,30 @@ def iterated(pencil: Pencil, guess: Modes) -> Modes | None:
             if turn and apart > 0.03:
                 break
             before = values
+    return None
+
+
+def tracked(pencil: Pencil, guess: Modes) -> Modes | None:
+    """The eigenpair that one guess leads to, by inverse iteration from both sides; None without an end.
+
+    The shift follows Rayleigh's quotient until that moves by less than `CLOSE`: with it the order of convergence is
+    three (Ostrowski 1959).
+    """
+    right, left, value = guess.right, guess.left, complex(guess.values[0])
+    shift: complex = np.inf
+    for _ in range(QUOTIENTS):
+        if not abs(value - shift) < CLOSE * abs(value):
+            shift = value
+            factor = pencil.factor(shift * (1 + 1e-13))
+        right = factor.solve(pencil.times_S(right)[:, 0])[:, None]
+        left = factor.adjoint(pencil.times_S(left, True)[:, 0])[:, None]
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+        size = (left.conj().T @ pencil.times_S(right)).item()
+        before, value = value, complex((left.conj().T @ pencil.times_J(right)).item() / size)
+        if not np.isfinite(value):
+            return None
+        if abs(value - before) < SETTLED * abs(value):
+            return Modes(np.array([value]), right, left / size.conjugate())
     return None
 
 
@@ -229,7 +258,7 @@ SURE = 0.3
 BENT = 4.0
 """Change of its derivative times a step below which the step is certain: a root within the step makes it 4 or more."""
 SPLITS = 400
-"""Steps after which the count along one side of the region is given up."""
+"""Steps a side of the region after which the count is given up."""
 
 
 def modes_in(pencil: Pencil, region: Region, hints: Sequence[float] = (), seed: Modes | None = None) -> Modes:
@@ -304,7 +333,7 @@ def _with_growth(pencil: Pencil, region: Region, known: Modes) -> Modes:
     g = known.quotient or Quotient(pencil, known.values)
 
     def positive(s: float) -> bool:
-        return bool(np.cos(g.log(complex(s)).imag) > 0)
+        return bool(np.cos(g.log(np.array([complex(s)])).imag.item()) > 0)
 
     low, high = region.reach, FARTHEST * region.reach
     if positive(low) == positive(high):
@@ -353,39 +382,40 @@ def missing_in(region: Region, g: Quotient) -> float:
     if region.zeta >= 1:
         sides = sides[:1]
 
-    number = sum(_turned(g.log, *side) for side in sides) / np.pi
+    number = _turned(g.log, sides) / np.pi
     return abs(float(np.round(number))) if abs(number - np.round(number)) < 0.05 else float("nan")
 
 
-def _wrapped(change: complex) -> complex:
-    """A change of a logarithm with its imaginary part between -pi and pi."""
-    return complex(change.real, (change.imag + np.pi) % (2 * np.pi) - np.pi)
+def _wrapped(change: Vector) -> Vector:
+    """Changes of a logarithm with imaginary parts between -pi and pi."""
+    return np.asarray(change.real + 1j * ((change.imag + np.pi) % (2 * np.pi) - np.pi))
 
 
-def _turned(log: Callable[[complex], complex], path: Callable[[float], complex], rate: complex, count: int) -> float:
-    """Change of the phase of a logarithm along a path over 0 <= t <= 1 with ds/dt = rate s; NaN where it stays open.
+Side = tuple[Callable[[Any], Any], complex, int]
 
-    Steps are halved until modulus and phase change as the derivatives at both ends state: a root close to the path
-    bends them.
+
+def _turned(log: Callable[[Vector], Vector], sides: Sequence[Side]) -> float:
+    """Change of the phase of a logarithm along sides; NaN where it stays open.
+
+    A side is a path over 0 <= t <= 1, its rate in ds/dt = rate s and its first number of steps. Steps are halved until
+    modulus and phase change as the derivatives at both ends state: a root close to the path bends them.
     """
-
-    def at(t: float) -> tuple[complex, complex]:
-        s = path(t)
-        here = log(s)
-        return here, rate * _wrapped(log(s * (1 + SMALL_STEP)) - here) / SMALL_STEP
-
     total, steps = 0.0, 0
-    left_over = [(k / count, (k + 1) / count) for k in range(count)]
-    while left_over:
-        a, b = left_over.pop()
-        steps += 1
-        (first, out), (last, into) = at(a), at(b)
-        mean = 0.5 * (b - a) * (out + into)
-        off = _wrapped(last - first - mean)
-        if abs(off) < SURE and (b - a) * abs(into - out) < BENT:
-            total += (mean + off).imag
-        elif steps > SPLITS or not np.isfinite(off):
+    open_steps = [(n, k / count, (k + 1) / count) for n, (_, _, count) in enumerate(sides) for k in range(count)]
+    while open_steps:
+        steps += len(open_steps)
+        side, a, b = (np.array(one) for one in zip(*open_steps, strict=True))
+        s = np.array([sides[n][0](t) for n, *ends in open_steps for t in ends], complex)
+        logs = log(np.concatenate([s, s * (1 + SMALL_STEP)])).reshape(2, -1, 2)
+        rate = np.array([one for _, one, _ in sides])[side, None]
+        slopes = rate * _wrapped(logs[1] - logs[0]) / SMALL_STEP
+        mean = 0.5 * (b - a) * slopes.sum(axis=1)
+        off = _wrapped(logs[0, :, 1] - logs[0, :, 0] - mean)
+        bent = (b - a) * np.abs(slopes[:, 1] - slopes[:, 0])
+        sure = (np.abs(off) < SURE) & (bent < BENT)
+        if steps > SPLITS * len(sides) or not np.isfinite(off).all():
             return float("nan")
-        else:
-            left_over += [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
+        total += float((mean + off).imag[sure].sum())
+        halves = [(n, a, 0.5 * (a + b), b) for (n, a, b), one in zip(open_steps, sure.tolist(), strict=True) if not one]
+        open_steps = [half for n, a, middle, b in halves for half in ((n, a, middle), (n, middle, b))]
     return total

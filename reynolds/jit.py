@@ -56,6 +56,8 @@ class BuildingBlock:
         if not config.DISABLE_JIT:
             made.get_call_template = lambda given, named: merged(self).get_call_template(given, named)
             made.get_overload = lambda signature: merged(self).get_overload(signature)
+            # a kernel that it calls is compiled by a thread, which would wait for this one's lock of the compiler
+            made.compile = partial(apart, made.compile)
         return made
 
     @property

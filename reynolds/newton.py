@@ -29,7 +29,14 @@ from reynolds.differences import gap_derivative, gap_jacobian, numerical_jacobia
 from reynolds.film import force_of, thickness_slope, wrap
 from reynolds.injector import nozzle, nozzle_table
 from reynolds.jit import inlined, kernel
-from reynolds.residual import CAREFUL, injected_derivative, jacobian, residual, thickness_derivative
+from reynolds.residual import (
+    CAREFUL,
+    eliminate_plenum,
+    injected_derivative,
+    jacobian,
+    residual,
+    thickness_derivative,
+)
 from reynolds.ring import close_ring, close_spike, factor, open_solve, spike_rhs
 from reynolds.vectors import add_columns, dot, two_dots, wide_vectors
 
@@ -298,15 +305,7 @@ def chord_flows(w, L, iadt, flows, dx, dy):
         line, change = by_plenum * dP + by_q * dq, w[L.curtain + i] * w[L.local_h + i] * flux - w[L.film_flow + i]
         share = min(max(change / line, 0.02), 50.0) if line != 0.0 else 1.0
         bent = bent or abs(share - 1.0) > BENT
-        by_plenum, by_q = by_plenum * share, by_q * share
-        storage = w[L.capacity + i] * iadt
-        left = storage * (plenum - w[L.plenum_rhs + i]) - w[L.pin_flow + i] + w[L.film_flow + i]
-        inverse = 1.0 / (storage - w[L.pin_p + i] + by_plenum)
-        w[L.defect + i] = -left * by_plenum * inverse
-        w[L.gain_q + i] = (1.0 - by_plenum * inverse) * by_q
-        w[L.shift + i] = left * inverse
-        w[L.pull_q + i] = by_q * inverse
-        w[L.pull_h + i] = w[L.film_h + i] * inverse
+        eliminate_plenum(w, L, i, iadt, 1.0, by_plenum * share, by_q * share)
     return bent
 
 

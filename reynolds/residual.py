@@ -116,30 +116,33 @@ def injection(w, ix, F, L, iadt):
     pin_flows(w, L, table)
     for k in range(L.n_inj):
         plenum, p_loc = w[L.plenum + k], w[L.local_p + k]
-        pin, pin_slope = w[L.pin_flow + k], w[L.pin_p + k]
         flux, d_up, d_down = nozzle(plenum, p_loc, table)
         # the tangent of a root function overshoots through zero and back for ever; the chord lands there
         chord = flux / (plenum - p_loc)
         by_chord = careful and abs(plenum - p_loc) > 1e-6 * plenum
         d_up, d_down = (max(d_up, chord), min(d_down, -chord)) if by_chord else (d_up, d_down)
         area = w[L.curtain + k] * w[L.local_h + k]
-        film = area * flux
-        storage = w[L.capacity + k] * iadt
-        residual = storage * (plenum - w[L.plenum_rhs + k]) - pin + film
-        inverse = 1.0 / (storage - pin_slope + area * d_up)
-        through = 1.0 - area * d_up * inverse
-        film_q = area * d_down * 0.5 / p_loc
-        film_h = w[L.curtain + k] * flux
-        w[L.film_flow + k] = film
+        w[L.film_flow + k] = area * flux
         w[L.film_p + k] = area * d_up
-        w[L.film_q + k] = film_q
-        w[L.film_h + k] = film_h
-        w[L.defect + k] = -residual * area * d_up * inverse
-        w[L.gain_q + k] = through * film_q
-        w[L.gain_h + k] = through * film_h
-        w[L.shift + k] = residual * inverse
-        w[L.pull_q + k] = film_q * inverse
-        w[L.pull_h + k] = film_h * inverse
+        w[L.film_h + k] = w[L.curtain + k] * flux
+        w[L.film_q + k] = area * d_down * 0.5 / p_loc
+        eliminate_plenum(w, L, k, iadt, area, d_up, area * d_down * 0.5 / p_loc)
+
+
+@inlined
+def eliminate_plenum(w, L, k, iadt, area, d_up, film_q):
+    """Eliminate the plenum of injector k from the flow into the film and its derivatives: area * d_up after the
+    plenum's pressure, film_q after q, w[film_h] after the thickness."""
+    storage = w[L.capacity + k] * iadt
+    residual = storage * (w[L.plenum + k] - w[L.plenum_rhs + k]) - w[L.pin_flow + k] + w[L.film_flow + k]
+    inverse = 1.0 / (storage - w[L.pin_p + k] + area * d_up)
+    through = 1.0 - area * d_up * inverse
+    w[L.defect + k] = -residual * area * d_up * inverse
+    w[L.gain_q + k] = through * film_q
+    w[L.gain_h + k] = through * w[L.film_h + k]
+    w[L.shift + k] = residual * inverse
+    w[L.pull_q + k] = film_q * inverse
+    w[L.pull_h + k] = w[L.film_h + k] * inverse
 
 
 @inlined

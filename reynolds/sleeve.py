@@ -34,7 +34,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from math import pi
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -46,9 +46,6 @@ from rotorsim.base.units import show
 class SleeveForm:
     """A form of a sleeve: what a film and a machine file ask of every one."""
 
-    fed: ClassVar[bool] = True
-    """Whether injectors and orifices may feed a film with it."""
-
     def problems(self) -> Iterator[tuple[str, str]]:
         """Conflicts between its values: fields and sentences."""
         return iter(())
@@ -56,6 +53,10 @@ class SleeveForm:
     def misfits(self, length: float) -> Iterator[tuple[str, str]]:
         """Values that do not fit a film of a `length` [m]: fields and sentences."""
         return iter(())
+
+    def unfed(self, reach: float) -> str:
+        """Why orifices up to `reach` [m] from the middle cannot feed a film with it; empty where they can."""
+        return ""
 
     def remedy(self, load: float, clearance: float, area: float) -> str:
         """Remedy where a `load` [N] alone closes a `clearance` [m] over an `area` [m^2]; empty where it does not."""
@@ -172,7 +173,6 @@ class Grooves(SleeveForm):
     -1.0
     """
 
-    fed = False
     pattern: Literal["herringbone", "spiral"] = field(
         default="herringbone", kw_only=True,
         metadata={"doc": "'herringbone' pumps to the middle, 'spiral' towards +z, for a positive speed."},
@@ -203,6 +203,15 @@ class Grooves(SleeveForm):
                 "land",
                 f"'{show(self.land, 'm')}' leaves no grooves in a film of '{show(length, 'm')}'; make it shorter",
             )
+
+    def unfed(self, reach: float) -> str:
+        """Narrow-groove theory resolves no orifice among grooves: those that feed stand on the land."""
+        if self.pattern == "spiral":
+            return "a spiral has no land for orifices or injectors; remove the one or the others"
+        least = 2 * reach
+        if self.land >= least * (1 - 1e-9):
+            return ""
+        return f"orifices and injectors need a land of '{show(float(f'{least:.9g}'), 'm')}'; widen it or remove them"
 
     @property
     def sense(self) -> float:
@@ -334,10 +343,9 @@ class Sleeve:
         there = self.grooves is not None and self.grooves.depth > 0 and self.grooves.share > 0
         return Sleeve(lobes, steps, self.grooves if there else None, self.foil)
 
-    @property
-    def closed(self) -> tuple[str, ...]:
-        """Paths of the forms with which no gas can be fed into a film."""
-        return tuple(path for path, form in self.forms.items() if not form.fed)
+    def unfed(self, reach: float) -> Iterator[tuple[str, str]]:
+        """Paths of the forms with which orifices up to `reach` [m] from the middle cannot feed a film, and why."""
+        return ((path, why) for path, form in self.forms.items() if (why := form.unfed(reach)))
 
     def problems(self, length: float) -> Iterator[tuple[str, str]]:
         """Forms that do not fit a film of a `length` [m] or each other: paths below the sleeve and sentences."""

@@ -62,11 +62,9 @@ class FilmModel:
             raise FilmError("injectors: all must have the same law")
         if self.grid.half and not self.sleeve.symmetric:
             raise FilmError("grooves: a spiral is not symmetric about the midplane; use symmetric=False")
-        if self.injectors and self.sleeve.closed:
-            raise FilmError(
-                "injectors: a film with grooves takes none; remove the ones or the others",
-                argument="injectors",
-            )
+        reach = max((abs(one.offset) + one.orifice_diameter / 2 for one in self.injectors), default=0.0)
+        for path, why in self.sleeve.unfed(reach) if self.injectors else ():
+            raise FilmError(f"{path}: {why}", argument="injectors")
         if self.grid.half and any(injector.offset != 0 for injector in self.injectors):
             raise FilmError("injectors: one is off the midplane, so the film is not symmetric; use symmetric=False")
         object.__setattr__(self, "sleeve", self.sleeve.effective)

@@ -244,7 +244,8 @@ def validate_variable(record: xr.Dataset, name: str, dims: tuple[str, ...], *uni
     wrong = np.argwhere(~np.isfinite(variable.values))
     if len(wrong):
         place = ", ".join(f"{d} {variable[d].values[i]:.6g}" for d, i in zip(dims[:1], wrong[0], strict=False))
-        raise SchemaError(f"record.{name}: {len(wrong)} NaN or infinite values, the first at {place}; {WAY_OUT}")
+        first = f"record.{name}: {len(wrong)} NaN or infinite values, the first at {place}"
+        raise SchemaError(f"{first}; {WAY_OUT if len(wrong) < variable.size else 'check the sensor or the mapping'}")
 
 
 def require(record: xr.Dataset, *names: str, use: str) -> xr.Dataset:

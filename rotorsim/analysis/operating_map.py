@@ -76,9 +76,10 @@ BRANCHES: dict[str, tuple[str, str]] = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OperatingPoint(Shown):
-    """Equilibrium, linear model, and K, C (n, 2, 2) [N/m, N s/m] of the film at the whirl frequencies `at` [rad/s].
+    """Equilibrium, linear model, and K, C (n, 2 films, 2 films) [N/m, N s/m] at the whirl frequencies `at` [rad/s].
 
-    Of several films (n, 2 films, 2 films), one after the other.
+    K[i, a, b] is the films' force against a per displacement along b at at[i]; a and b are x, y of the first film, then
+    x, y of the second and so on: three frequencies of two films give (3, 4, 4). NaN (n, 2, 2) without films.
     """
 
     equilibrium: Equilibrium
@@ -101,12 +102,13 @@ def operating_point(
 ) -> OperatingPoint:
     """The machine at `speed` [rad/s] and gauge `pressure` [Pa]; frequencies [rad/s] default to 0 and the two modes.
 
-    Raises NoLiftOffError where the film does not carry the rotor.
+    `OperatingPoint` states the axes of its K and C. Raises NoLiftOffError where the film does not carry the rotor.
 
     Examples
     --------
     >>> import rotorsim as rs
-    >>> point = rs.analysis.operating_point(plant, 300.0, 0.5e6)
+    >>> rs.analysis.operating_point(plant, 300.0, 0.5e6).K.shape
+    (3, 2, 2)
     """
     return _point(plant, speed, pressure, frequencies, None)
 

@@ -317,7 +317,7 @@ def result_rows(summary: dict[str, Any]) -> Rows:
     speed, disc = summary["speed_rpm"], summary["disc"]
     rows = [
         ("Duration", f"{summary['duration_s']:.4g} s, {summary['samples']} samples"),
-        ("Speed", f"{speed['first']:.0f} to {speed['last']:.0f} rpm"),
+        ("Speed", f"{round(speed['first'])} to {round(speed['last'])} rpm"),
         ("Disc x, y: mean", pair(disc["mean_um"], "µm")),
         ("Disc x, y: rms about the mean", pair(disc["rms_um"], "µm")),
         ("Disc x, y: peak from the mean", pair(disc["peak_um"], "µm")),

@@ -165,9 +165,9 @@ def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) 
 
 def _place_name(machine: Machine, z: float) -> str:
     """A place on the shaft as text."""
-    for number, disc in enumerate(machine.discs):
+    for name, disc in zip(machine.disc_names, machine.discs, strict=True):
         if abs(disc.position - z) < ONE_PLACE:
-            return f"disc {number + 1}"
+            return name
     for name, bearing in zip(machine.bearings_in_words, machine.bearings, strict=True):
         if abs(bearing.position - z) < ONE_PLACE:
             return name

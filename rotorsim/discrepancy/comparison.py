@@ -58,7 +58,7 @@ QUARTER, FEWEST_RECORDS = 0.02, 3
 later; least records for which that is tried on one."""
 SAME_ANGLE = 0.01
 """Angle [rad] within which records that repeat each other begin, so that their derivatives are alike."""
-MOST_KNOWN, MOST_SPECTRA = 128, 12
+MOST_KNOWN, MOST_SPECTRA = 256, 12
 """Responses that are kept, and spectra by blocks."""
 SIGMAS, LEAST_EXCESS = 6.0, 20.0
 """Standard deviations, and least excess, by which a group's sum of squares is beyond its number where it is flagged;
@@ -160,10 +160,7 @@ class TwinComparison:
     def _response(
         self, point: ParameterPoint, twin: Twin, whole: bool, near: ParameterPoint | None = None
     ) -> np.ndarray:  # fmt: skip
-        """Simulated response (n,) [m]; not computed again where it is known, or in the cache.
-
-        Those near another point are steps of finite differences, each of which is needed once.
-        """
+        """Simulated response (n,) [m]; not computed again where it is known, or in the cache."""
         key = self.key(point, twin, whole, *([_numbers(near)] if near is not None else []))
         if (found := self.known.pop(key, None)) is None:
 
@@ -171,10 +168,9 @@ class TwinComparison:
                 return self._joined(self.spectra(point, twin, whole, near))
 
             found = computed() if self.cache is None else self.cache.array(key, self.measured.shape, computed)
-        if near is None:
-            for old in list(self.known)[: 1 - MOST_KNOWN]:
-                del self.known[old]
-            self.known[key] = found
+        for old in list(self.known)[: 1 - MOST_KNOWN]:
+            del self.known[old]
+        self.known[key] = found
         return found
 
     def key(self, point: ParameterPoint, twin: Twin, *more: Any) -> str:
@@ -470,13 +466,22 @@ def plant_of(
 ) -> tuple[Twin, Setting, Setting | None]:  # fmt: skip
     """The twin that runs a trial at a point, its setting there, and that of a `near` point.
 
-    Candidates that are off cost time, so that it has few besides those which are turned.
+    Candidates that are off cost time, so that it has few besides those which are turned. The motion near a step of any
+    of them is one, whatever their options.
     """
+    near = None if near is None else at_work(twin, near)
     values, begin = (
         None if p is None else p.setting(twin, trial.speed, trial.pressure, trial.changes) for p in (point, near)
     )
     assert values is not None
     return twin.lean(values, begin), values, begin
+
+
+def at_work(twin: Twin, point: ParameterPoint) -> ParameterPoint:
+    """The point without options that are held for effects which are off: they change nothing."""
+    turned, own = {k.key.split(".")[0] for k in point.values}, twin.machine.effects
+    on = turned | {name for name, table in twin.slots.items() if table < len(own.get(name, ()))}
+    return replace(point, fixed={key: v for key, v in point.fixed.items() if key.split(".")[0] in on})
 
 
 def rounded(trial: Trial) -> Trial:
@@ -538,11 +543,8 @@ class SensitivityColumns:
         return self.cache.array(key, shape, computed)
 
     def _at(self, point: ParameterPoint) -> np.ndarray:
-        """The response at a point; options that are held for an effect that is off change nothing."""
-        slots, own = self.comparison.twin.slots, self.comparison.twin.machine.effects
-        at_work = {name for name, table in slots.items() if table < len(own.get(name, ()))}
-        fixed = {key: v for key, v in point.fixed.items() if key.split(".")[0] in at_work or point.values}
-        same = replace(point, fixed=fixed)
+        """The response at a point."""
+        same = at_work(self.comparison.twin, point)
         known = next((y for p, y in self.here if (p.values, p.fixed) == (same.values, same.fixed)), None)
         if known is None:
             known = self.rough.predict(same)

@@ -138,7 +138,13 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import by_chance, repeating, what_does_not_repeat
+from rotorsim.discrepancy.stochastic import (
+    StochasticForce,
+    by_chance,
+    fall_next_to_drift,
+    repeating,
+    what_does_not_repeat,
+)
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -179,6 +185,8 @@ SEEN_FROM = (
     "two together, and 'never' is what the calibration takes up: {}"
 )
 """Note on what the records could show."""
+MOST_SEEN = 6
+"""Most of these forms that the note lists; the stored verdict has all."""
 NOT_SETTLED = (
     "with {} at work a finer grid and step and a longer run move the response by {:.0f} floors more than without: the "
     "solver does not settle the motion, and what is left may be that and not another effect"
@@ -490,7 +498,9 @@ class DiagnosisRun:
         self.contradiction = self._contradicted(base, judgement, blocks, [*groups, *apart])
         notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
         if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
-            notes.append(SEEN_FROM.format("; ".join(f"{key} {size}" for key, size in self.seen_from.items())))
+            shown = [f"{key} {size}" for key, size in self.seen_from.items()]
+            more = [f"and {len(shown) - MOST_SEEN} more"] if len(shown) > MOST_SEEN else []
+            notes.append(SEEN_FROM.format("; ".join([*shown[:MOST_SEEN], *more])))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         if judgement.verdict.status == "unknown" and not flags:
@@ -598,7 +608,8 @@ class DiagnosisRun:
             base = self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
-            found = self._discovered(base, flags, apart, seen, own, rivals)
+            force = what_does_not_repeat(self.fitted, base, seen["fit"])
+            found = self._discovered(base, flags, apart, seen, own, rivals, force)
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -606,7 +617,6 @@ class DiagnosisRun:
                 return self._without_name(base, flags, judgement, notes)
             if status == "tie" or (faint and status != "no_disagreement"):
                 return None
-            force = what_does_not_repeat(self.fitted, base, seen["fit"])
         except NoAnswerError:
             return None
         if force is None:
@@ -653,7 +663,7 @@ class DiagnosisRun:
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
-        notes: list[str], rivals: Sequence[Hypothesis],
+        notes: list[str], rivals: Sequence[Hypothesis], force: StochasticForce | None = None,
     ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
@@ -661,7 +671,8 @@ class DiagnosisRun:
         its own.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
-        of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is.
+        of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. So has what it
+        explains beyond a drift, as records that were made in the order of their speeds look like a law of the speed.
         """
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
         law, known = laws[0], base.cost
@@ -670,6 +681,10 @@ class DiagnosisRun:
         known = known if rival is None else min(known, priced(rival))
         if known - _priced(law) < CLEAR:
             return ""
+        if force is not None and force.part:
+            columns = np.column_stack([one.columns(seen["fit"], law.place) for one in law.terms])
+            if fall_next_to_drift(seen["fit"], base, force.part, columns) - PRICE * len(law.coefficients) < CLEAR:
+                return ""
         if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
             return None
         if law.remembers:

@@ -68,7 +68,7 @@ def virtual_readings(comparison: TwinComparison, fit: ParameterFit, V: np.ndarra
     """
     machine, turning = comparison.twin.machine, [t for t in comparison.trials if t.turning and t.probe_angle is None]
     seen = {t.changes.get(PLANE, Mesh(machine).probe) for t in comparison.trials}
-    parts = {f"disc {i + 1}": d.position for i, d in enumerate(machine.discs)}
+    parts = {n: d.position for n, d in zip(machine.disc_names, machine.discs, strict=True)}
     parts |= {n: b.position for n, b in zip(machine.bearings_in_words, machine.bearings, strict=True)}
     parts = {name: z for name, z in parts.items() if all(abs(z - own) > SAME_PLANE for own in seen)}
     if not turning or not parts:

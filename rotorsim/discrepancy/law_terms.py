@@ -169,7 +169,7 @@ LIBRARY = (
 
 def law_places(machine: Machine) -> dict[str, float]:
     """Places [m] where a law may act, by name: discs, bearings, and a plane of probes of its own."""
-    found = {f"disc {i}": d.position for i, d in enumerate(machine.discs, 1)}
+    found = {n: d.position for n, d in zip(machine.disc_names, machine.discs, strict=True)}
     found |= {n: b.position for n, b in zip(machine.bearings_in_words, machine.bearings, strict=True)}
     z = Mesh(machine).probe
     near = all(abs(z - own) > 1e-6 for own in found.values())

@@ -8,7 +8,8 @@ with the noise sigma of each channel, the receptance H from a place and the spec
 of one line at a share of the speed. The noise is a smooth function of the frequency, with a size of its own in each
 record. S, sigma and the place follow from Whittle's likelihood over all records and lines away from the orders. Between
 records that repeat each other a number of the machine may have changed: their difference is a step along the
-sensitivities of one part of it.
+sensitivities of one part of it. Records have no time: the steps' sizes are known, not their senses. A law is told from
+a drift by what it explains where the numbers of that part may differ from record to record.
 
 Assumes: a force whose x and y are not related; noise that changes little within an octave. Source: Whittle (1953).
 
@@ -27,7 +28,7 @@ from scipy.optimize import fmin_l_bfgs_b
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, between_orders, flagged, table
 from rotorsim.discrepancy.data_vector import repeats
-from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.trial import Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
@@ -69,8 +70,8 @@ class StochasticForce:
 
     kind : 'broadband force', 'line' or 'drift'
     place : disc, bearing or part; `others` cannot be distinguished from it
-    size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the mean change of
-        `what` and its scatter
+    size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the change of `what`,
+        root mean square over records that repeat each other
     order : share of the speed of a line, 0 without one
     gain : twice the gain in log-likelihood against none
     """
@@ -85,6 +86,8 @@ class StochasticForce:
     order: float = 0.0
     what: str = ""
     """Number of the machine that drifts."""
+    part: str = ""
+    """Beginning of the keys of what drifts."""
 
     @property
     def sentence(self) -> str:
@@ -92,8 +95,8 @@ class StochasticForce:
         if self.kind == "drift":
             others = f" (or {', '.join(self.others)})" if self.others else ""
             return (
-                f"drift at {self.place}{others}, {self.what} changes by {self.size[0]:.3g} between records that repeat "
-                f"each other, with a scatter of {self.sd[0]:.2g}"
+                f"drift at {self.place}{others}, {self.what} changes by {self.size[0]:.3g} +- {self.sd[0]:.2g} (root "
+                "mean square) between records that repeat each other"
             )
         sizes = " and ".join(f"{value:.3g} +- {sd:.2g}" for value, sd in zip(self.size, self.sd, strict=True))
         at = f" at {self.order:.2f} of the speed" if self.order else ""
@@ -349,20 +352,21 @@ def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> 
     count = sum(len(d) for d in steps)
     if whole < CHANGED * count and whole - count < CLEAR_GAIN + 6 * np.sqrt(2 * count):
         return None
-    found: dict[str, tuple[float, np.ndarray]] = {}
+    found: dict[str, tuple[float, np.ndarray, np.ndarray]] = {}
     parts = _parts(fit)
     for part, own_columns in parts.items():
-        gain, values = 0.0, list[np.ndarray]()
+        gain, values, spread = 0.0, list[np.ndarray](), list[np.ndarray]()
         for d, J in zip(steps, columns, strict=True):
             A = J[:, own_columns]
             x = answer(np.linalg.lstsq, A, d, rcond=1e-9)[0]
             gain += float(d @ d - np.sum((d - A @ x) ** 2)) - 2.0 * len(x)
             values.append(x)
-        found[part] = gain, np.array(values)
+            spread.append(np.diag(answer(np.linalg.pinv, A.T @ A)))
+        found[part] = gain, np.array(values), np.array(spread)
     if not found:
         return None
     part = max(found, key=lambda name: found[name][0])
-    gain, changed = found[part]
+    gain, changed, variances = found[part]
     if gain < CLEAR_GAIN or gain < 0.5 * (whole - count):
         return None
     near = (name for name in found if name != part and found[name][0] > gain - SAME_PLACE)
@@ -370,11 +374,25 @@ def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> 
     columns_of = parts[part]
     shown = np.abs(changed).mean(axis=0) * np.linalg.norm(fit.J[:, columns_of], axis=0)
     most, key = int(np.argmax(shown)), fit.parameters[columns_of[int(np.argmax(shown))]].key
-    mean, sd = float(changed[:, most].mean()), float(changed[:, most].std())
+    step, own_variance = changed[:, most], variances[:, most]
+    size = float(np.sqrt(np.mean(step**2)))
+    sd = float(np.sqrt(step**2 @ own_variance) / len(step) / size)
     what = next((word for end, word in CHANGES.items() if end in key), key)
     return StochasticForce(
-        "drift", part_name(comparison.twin, part), others, (mean, mean), (sd, sd), "", gain, what=what
+        "drift", part_name(comparison.twin, part), others, (size, size), (sd, sd), "", gain, what=what, part=part
     )
+
+
+def fall_next_to_drift(seen: ObservedPlaces, fit: ParameterFit, part: str, columns: np.ndarray) -> float:
+    """Fall of the sum of squares by columns (n, k) where the numbers of a part may differ from record to record."""
+    record, p = seen.comparison.layout.record, prior_rows(fit.parameters)
+    each = [np.where(record == i, seen.J[:, k], 0.0) for i in np.unique(record) for k in _parts(fit)[part]]
+    A = np.column_stack([seen.J, *each, columns])
+    A = np.vstack([A, np.eye(len(p), A.shape[1]) * np.pad(p, (0, A.shape[1] - len(p)))])
+    b = np.concatenate([seen.residual, -p * fit.vector])
+    A /= np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    left = [b - M @ answer(np.linalg.lstsq, M, b, rcond=1e-9)[0] for M in (A[:, : -columns.shape[1]], A)]
+    return float(left[0] @ left[0] - left[1] @ left[1])
 
 
 def part_name(twin: Twin, part: str) -> str:

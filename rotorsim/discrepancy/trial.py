@@ -193,13 +193,13 @@ class Trial:
         """Frequencies (lines,) [Hz]."""
         return np.arange(self.spectra.shape[2]) / (self.length * RIG_SAMPLE)
 
-    @property
+    @cached_property
     def amplitude(self) -> float:
         """Largest reference [V], or force [N] where there is none."""
         reference = float(np.abs(self.rows[:, 2:4]).max())
         return reference if reference else float(np.abs(self.rows[:, 4:6]).max())
 
-    @property
+    @cached_property
     def point(self) -> str:
         """Operating point as text with units."""
         force = "N" if not self.rows[:, 2:4].any() and self.rows[:, 4:6].any() else "V"

@@ -161,11 +161,15 @@ def _of_films(record: xr.Dataset) -> dict[str, Any]:
 
 
 def _extreme(seen: dict[str, Any], which: str, begin: float) -> dict[str, Any]:
-    """An extreme [um] with its speed and time; `at_end` where it lies in the first or last revolution, or the start."""
+    """An extreme [um] with its speed and time; `at_end` where it lies in the first or last revolution, or the start.
+
+    A revolution may last longer than the run, so that the nearer end counts.
+    """
     time, speed = seen[f"{which}_time"], seen[f"{which}_speed"]
     revolution = 2 * np.pi / abs(speed) if speed else 0.0
-    at_end = "end" if time >= seen["last_time"] - revolution else ""
-    at_end = "start" if time <= max(seen["begin_time"] + revolution, begin) else at_end
+    ends = {"start": time - max(seen["begin_time"], begin), "end": seen["last_time"] - time}
+    nearer = min(ends, key=lambda end: ends[end])
+    at_end = nearer if ends[nearer] <= revolution else ""
     return {"um": seen[which] * TO_UM, "rpm": speed * TO_RPM, "time_s": time, "at_end": at_end}
 
 

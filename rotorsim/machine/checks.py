@@ -83,15 +83,15 @@ def _on_shaft(machine: MachineTables) -> Problems:
     slack = 1e-9 * machine.shaft.length
     reach = f"{show(start, 'm')} to {show(float(f'{end:.9g}'), 'm')}"
     arms = [getattr(disc, "position", None) for disc in machine.discs if getattr(disc, "seat", None) is not None]
-    for path, z in _positions(machine):
-        if not start - slack <= z <= end + slack and z not in arms:
-            yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
     for i, disc in enumerate(machine.discs):
         name = "position" if getattr(disc, "seat", None) is None else "seat"
         z = getattr(disc, name, start)
         if not start - slack <= z <= end + slack:
             way = "move it, lengthen the shaft" + (" or give the disc a seat on it" if name == "position" else "")
             yield f"discs.{i}.{name}", f"'{show(z, 'm')}' is outside the shaft ({reach}); {way}"
+    for path, z in _positions(machine):
+        if not start - slack <= z <= end + slack and z not in arms:
+            yield path, f"'{show(z, 'm')}' is outside the shaft ({reach}); move it or lengthen the shaft"
 
 
 def _names(machine: MachineTables, where: str) -> Problems:
@@ -132,8 +132,9 @@ def _injection(machine: MachineTables) -> Problems:
         yield "injection.bearing", f"{common.bearing:g} {_no_film(machine)}"
     if machine.injectors and machine.pinned_film is not None:
         film = machine.films[machine.pinned_film]
-        for name in film.sleeve.closed:
-            yield "injectors", f"feed a film whose sleeve has '{name}'; remove the ones or the other"
+        reach = max(abs(one.offset) for one in machine.injectors) + common.orifice_diameter / 2
+        path = f"bearings.{machine.film_bearings[machine.pinned_film]}"
+        yield from ((f"{path}.{name}", why) for name, why in film.sleeve.unfed(reach))
 
 
 def _one_law(machine: MachineTables) -> Problems:
@@ -364,13 +365,21 @@ def _read(model: type[Part], name: str, value: Any) -> Any:
         own = choices(get_args(kinds[0])[0])
         if not isinstance(value, (list, tuple)):
             raise ValueError(name)
-        return tuple(value) if own == (str,) else tuple(readable(_kind(own, item), item) for item in value)
+        return tuple(value) if own == (str,) else tuple(_item(own, item) for item in value)
     if isinstance(kinds[0], type) and issubclass(kinds[0], BaseModel):
         return readable(_kind(kinds, value), value)
     words = get_args(kinds[0])
     if (words and value not in words) or not isinstance(value, str):
         raise ValueError(name)
     return value
+
+
+def _item(kinds: tuple[Any, ...], table: Any) -> Part:
+    """An item of a list; one of a kind that is not known keeps its place in the list and has no values."""
+    try:
+        return readable(_kind(kinds, table), table)
+    except ValueError:
+        return Part.model_construct()
 
 
 def _kind(kinds: tuple[Any, ...], table: Any) -> type[Part]:

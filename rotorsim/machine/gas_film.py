@@ -156,7 +156,9 @@ class Orifices(Part):
     """
 
     count: float = quantity("1", "Number of orifices in the row, evenly spaced.", low=1, high=64, multiple=1, example=8)
-    diameter: float = quantity("m", "Diameter of an orifice.", above=0, high=0.01, example=0.2e-3)
+    diameter: float = quantity(
+        "m", "Diameter of an orifice; a vent to the ambient at a supply pressure of 0.", above=0, high=0.01,
+        example=0.2e-3)  # fmt: skip
     discharge: float = quantity("1", "Discharge coefficient of an orifice.", 0.8, above=0, high=2)
     offset: float = quantity("m", "Axial distance from the film's centre.", 0.0, low=-10, high=10, example=5e-3)
     first_angle: float = quantity("rad", "Where the first one stands, from x towards y.", 0.0, low=-7, high=7)
@@ -250,8 +252,7 @@ class GasFilm(BearingPart):
     def problems(self) -> Iterator[tuple[str, str]]:
         """Orifices stand in a sleeve that can be fed, and its forms fit it and each other."""
         form = self.sleeve
-        for path in form.closed if self.orifices else ():
-            yield path, "does not go with orifices in the same film; remove the one or the other"
+        yield from form.unfed(max(abs(row.offset) + row.mouth / 2 for row in self.orifices)) if self.orifices else ()
         for k, row in enumerate(self.orifices):
             if self.foil is not None and row.pocket_diameter is not None:
                 pocket = show(row.pocket_diameter, "m")

@@ -18,8 +18,8 @@ With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint
           K + i\omega C = Z(i\omega), \qquad C(0) = L'(S_X - S A^{-1} J_X)
 
 Modes come from one search, that of `fe_shaft.spectrum`: all of a stated region, their number proven by the argument
-principle. The determinant of a film is divided by that of a film which relaxes at real rates, those of the symmetric
-matrix with \sqrt{A_jk A_kj} off its diagonal: what is left hardly turns along the border.
+principle. The determinant of a film is divided by its diagonal, whose roots are real and negative: what is left turns
+little along the border.
 
 Cites: hamrock_2004.
 """
@@ -29,13 +29,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csc_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from reynolds.injector import Injector
@@ -45,6 +44,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest, repeated, whirl_sense
 from rotorsim.plant.assemble import Assembly
+from rotorsim.plant.film_determinant import FilmDeterminant
 from rotorsim.plant.simulation import damping, rows, stiffness
 
 if TYPE_CHECKING:
@@ -64,6 +64,10 @@ STIFFER = 2.0
 """Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
 
 
+FASTEST = 1e3
+"""Least speed [rad/s], twice which is the last one at which a rotor's matrices are formed."""
+
+
 def region_up_to(hints: np.ndarray, highest: float) -> Region:
     """Region of modes up to the `highest` speed and of the first pairs among the rotor's natural frequencies (n,).
 
@@ -77,9 +81,6 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
 
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "relax": 1, "panel_size": 1, "options": {"SymmetricMode": True}}
 """The pattern is symmetric and the diagonal large: half the fill of the default, and no column is padded with zeros."""
-
-DENSE = 1500
-"""States of a part of a film up to which its own rates of relaxation are computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,25 +105,16 @@ class FilmStates:
         return np.repeat(np.arange(len(self.kept)), np.diff(self.both.indptr))
 
     @cached_property
+    def room(self) -> Any:
+        """A matrix of the pattern of `both`, whose values are put in where it is factored."""
+        return self.both.astype(complex)
+
+    @cached_property
     def diagonal(self) -> np.ndarray:
         """Places of the diagonal among the terms of `both`."""
         places = np.flatnonzero(self.both.indices == self.columns)
         assert len(places) == len(self.kept)
         return places
-
-    def rates(self, S: np.ndarray) -> np.ndarray:
-        """Rates (kept,) [1/s], above 0, at which states of storage S (kept,) relax, in every part by itself.
-
-        Parts of more than `DENSE` states have their diagonal in place of eigenvalues, whose time grows with the cube.
-        """
-        scale = sparse.diags(1 / np.sqrt(S))
-        J = sparse.csr_matrix(scale @ self.both.real @ scale)
-        pairs = J.multiply(J.T)
-        symmetric = sparse.csr_matrix(J.sign().multiply(np.sqrt(pairs.maximum(0))))
-        count, part = connected_components(symmetric, directed=False)
-        own = (symmetric[part == k][:, part == k] for k in range(count))
-        found = [np.linalg.eigvalsh(one.toarray()) if one.shape[0] <= DENSE else one.diagonal() for one in own]
-        return np.abs(np.concatenate(found))
 
 
 def film_states(film: LinearFilm) -> FilmStates:
@@ -175,11 +167,6 @@ class FilmFactor:
         x[put_in] = (b[put_in] - R @ x[kept]) / d
         return x
 
-    @property
-    def log_det(self) -> complex:
-        """Logarithm of det A over d, up to a multiple of i pi that is the same at every s."""
-        return complex(np.log(self.lu.U.diagonal() + 0j).sum())
-
 
 @dataclass(frozen=True, eq=False)
 class FilmAnswer:
@@ -219,20 +206,17 @@ class FilmResponse:
             by[states.R.indices] = 1 / d
             data += both.imag * by[states.columns]
         data[states.diagonal] += s * film.S[states.kept]
-        A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)
-        lu = splu(A, permc_spec="NATURAL", **SYMMETRIC)
+        states.room.data = data
+        lu = splu(states.room, permc_spec="NATURAL", **SYMMETRIC)
         factor = FilmFactor(states, lu, d)
         L = factor.solve(film.F_y.T, "T")
         return FilmAnswer(factor, L, L.T @ (film.J_X + s * film.S_X))
 
     @cached_property
-    def _rates(self) -> np.ndarray:
+    def determinant(self) -> FilmDeterminant:
+        """The film's determinant at many frequencies at once."""
         states = self._known[0]
-        return states.rates(self.film.S[states.kept])
-
-    def log_det(self, answer: FilmAnswer, s: complex) -> complex:
-        """Logarithm of det A at s over that of a film that relaxes, up to a constant."""
-        return answer.factor.log_det - complex(np.log(s + self._rates).sum())
+        return FilmDeterminant(self.film, np.concatenate([states.put_in, states.kept]))
 
     def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
@@ -488,17 +472,27 @@ class LinearPlant(Shown):
         return ShiftedPlant(self, s)
 
     @cached_property
-    def log_det(self) -> Callable[[complex], complex]:
-        """Logarithm at s of det(J - s S) over terms with roots that are real and negative, up to a constant."""
-        return cache(lambda s: ShiftedPlant(self, s).log_det)
+    def log_det(self) -> Callable[[np.ndarray], np.ndarray]:
+        """Logarithm at s (k,) of det(J - s S) over terms with roots that are real and negative, up to a constant.
+
+        The determinant is that of the film with the journals held times that of the dynamic stiffness.
+        """
+        from fe_shaft.pencil import each_once, log_of
+
+        rotor = self.rotor
+
+        def log_det(s: np.ndarray) -> np.ndarray:
+            film, Z = (0.0, np.zeros((0, 0))) if self.film is None else self.response.determinant.at(s)
+            x = s[:, None, None]
+            bare = rotor.stiffness + x * rotor.damping + x**2 * np.eye(len(rotor.stiffness))
+            return log_of(bare + rotor.Bf.T @ Z @ rotor.Bf) + film
+
+        return each_once(log_det)
 
 
 @dataclass(frozen=True, eq=False)
 class ShiftedPlant:
-    """J - s S at one complex frequency, with the film's factors and the rotor condensed onto them.
-
-    The determinant is that of the film with the journals held times that of the dynamic stiffness.
-    """
+    """J - s S at one complex frequency, with the film's factors and the rotor condensed onto them."""
 
     model: LinearPlant
     s: complex
@@ -526,13 +520,6 @@ class ShiftedPlant:
         pushed = film.S_X @ rotor.Bf
         return D, damped, rotor.Bf.T @ self.film.L.T, pushed, film.J_X @ rotor.Bf + self.s * pushed
 
-    @property
-    def log_det(self) -> complex:
-        """Logarithm of the determinant over terms with roots that are real and negative, up to a constant."""
-        sign, size = np.linalg.slogdet(self.stiffness.astype(complex))
-        film = 0.0 if self.film is None else self.model.response.log_det(self.film, self.s)
-        return complex(size + 1j * np.angle(sign) + film)
-
     def solve(self, b: np.ndarray) -> np.ndarray:
         """(J - s S)^-1 b for b (n,)."""
         D, damped, onto, pushed, moved = self._terms
@@ -550,6 +537,39 @@ class ShiftedPlant:
         force = -D.conj().T @ (b[-2 * m : -m] + back * b[-m:] - moved.conj().T @ film)
         y = onto.conj().T @ force - film
         return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
+
+
+@dataclass(frozen=True, eq=False)
+class RotorModels:
+    """Linear models over speeds from 0 of a machine without films whose forces are linear in its motion.
+
+    Stiffness and damping (kinks, 2, m, m) are linear in the speed between `kinks` (k,) [rad/s] and beyond the last.
+    """
+
+    first: LinearPlant
+    kinks: np.ndarray
+    matrices: np.ndarray
+
+    def at(self, speed: float) -> LinearPlant:
+        """The model at a speed [rad/s]."""
+        k = min(max(int(np.searchsorted(self.kinks, speed)), 1), len(self.kinks) - 1)
+        low, high = self.kinks[k - 1 : k + 1]
+        before, after = self.matrices[k - 1 : k + 1]
+        K, D = before + (speed - low) / (high - low) * (after - before)
+        one = self.first
+        return LinearPlant(one.S, one.E, one.H, one.hints, LinearRotor(K, D, one.rotor.Bf), None, speed)
+
+
+def rotor_models(a: Assembly) -> RotorModels | None:
+    """Models over the speed; None with films or with steady forces that depend on the motion."""
+    if a.films or any(call.effect.port == "motion" and call.effect.steady for call in a.calls):
+        return None
+    speeds = a.mesh.tables.speeds
+    kinks = np.unique([0.0, *speeds, 2 * max(a.mesh.tables.last, FASTEST)])
+    with one_thread():
+        every = [_linearised(a, a.w, speed, False) for speed in kinks.tolist()]
+    matrices = np.array([(one.rotor.stiffness, one.rotor.damping) for one in every])
+    return RotorModels(every[0], kinks, matrices)
 
 
 def linearise(a: Assembly, w: np.ndarray, speed: float, moment: bool = False) -> LinearPlant:

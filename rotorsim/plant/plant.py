@@ -51,7 +51,7 @@ from rotorsim.plant.synchronous_orbit import start_on_orbit
 if TYPE_CHECKING:
     import xarray as xr
 
-    from rotorsim.plant.linearise import LinearPlant
+    from rotorsim.plant.linearise import LinearPlant, RotorModels
 
 Signal = float | ArrayLike | Callable[[float], Any]
 LONGEST = 3600.0
@@ -104,6 +104,11 @@ class Plant(Shown):
         """Layouts, workspace and kernels."""
         return assemble(self.machine)
 
+    @cached_property
+    def _known(self) -> dict[str, RotorModels | None]:
+        """Models over the speed of a rotor that is linear, once they were asked for."""
+        return {}
+
     def equilibrium(self, speed: float = 0.0, pressure: float = 0.0) -> Equilibrium:
         """Static equilibrium at a speed [rad/s] and gauge pressure [Pa]; raises NoLiftOffError where there is none.
 
@@ -127,8 +132,13 @@ class Plant(Shown):
         True
         """
         speed, pressure = point(speed, pressure)
-        from rotorsim.plant.linearise import linearise  # brings sparse eigenvalues
+        from rotorsim.plant.linearise import linearise, rotor_models  # brings sparse eigenvalues
 
+        if "models" not in self._known:
+            self._known["models"] = rotor_models(self.assembly)
+        models = self._known["models"]
+        if models is not None and speed >= 0 and self.machine.gas.absolute(pressure) >= 0:
+            return models.at(speed)
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed, moment)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:

@@ -382,7 +382,7 @@ def mode_figure(review: DesignReview) -> go.Figure:
 
 def response_figure(review: DesignReview) -> go.Figure:
     """Motion of every probe over speed, a panel for each case of unbalance, with peaks and operating speeds."""
-    cases = review.cases
+    cases, listed = review.cases, set[str]()
     figure = make_subplots(len(cases), 1, shared_xaxes=True, subplot_titles=[c.name for c in cases],
                            vertical_spacing=0.2 / len(cases))  # fmt: skip
     speed = review.responses["speed"].values
@@ -395,7 +395,9 @@ def response_figure(review: DesignReview) -> go.Figure:
         for mode in (m for m in review.criticals if m.driven_by == case.name and m.peak is not None):
             if mode.place not in review.probes:
                 sizes = np.where(steady, review.motion(case.name, review.places[mode.place]), np.nan) * TO_UM
-                figure.add_trace(curve(speed * TO_RPM, sizes, INK, mode.place, 1, "dot", 7), row, 1)
+                figure.add_trace(curve(speed * TO_RPM, sizes, INK, mode.place, 1, "dot", 7, legendgroup=mode.place,
+                                       showlegend=mode.place not in listed), row, 1)  # fmt: skip
+                listed.add(mode.place)
             _add_peak(figure, mode, row)
         _add_operating(figure, review, row)
         figure.update_yaxes(title_text="motion [µm pk-pk]", rangemode="tozero", row=row, col=1)

@@ -12,17 +12,20 @@ from math import sin, sqrt
 import numpy as np
 import plotly.graph_objects as go
 
+from rotorsim.base.units import TO_UM
 from rotorsim.machine import Machine
+from rotorsim.machine.gas_film import GasFilm, ThrustBearing
 from rotorsim.machine.rotor import Disc
 from rotorsim.plant.locations import Nozzle, Place, nozzles, probe_plane
 from rotorsim.report.page import INK, faint, style
-from rotorsim.report.units import number
+from rotorsim.report.units import number, quantity
 
 Box = tuple[float, float, float, float]
 """Left, right [mm], lower and upper [share of the drawing's height] edge."""
 Polygon = list[tuple[float, float]]
 """Corners: coordinate [mm] and height [share of the drawing's height]."""
 SHAFT, LAYER, DISC, BEARING, NOZZLE, PROBE = "#c3ccd4", "#dfe4e8", "#9fb0bf", "#56B4E9", "#0072B2", "#009E73"
+FOIL = "#B8763A"
 MARKS = {
     "found": ("found here", "#D55E00"), "rival": ("or here", "#E69F00"), "force": ("equivalent force", "#CC79A7"),
 }  # fmt: skip
@@ -166,8 +169,10 @@ def _boxes(figure: go.Figure, name: str, boxes: list[Box], colour: str, opacity:
     _polygons(figure, name, corners, colour, opacity)
 
 
-def _polygons(figure: go.Figure, name: str, polygons: list[Polygon], colour: str, opacity: float) -> None:
-    """Filled polygons as one curve."""
+def _polygons(
+    figure: go.Figure, name: str, polygons: list[Polygon], colour: str, opacity: float, edge: str | None = None
+) -> None:
+    """Filled polygons as one curve, with edges of their own colour or of another."""
     x: list[float | None] = []
     y: list[float | None] = []
     for corners in polygons:
@@ -176,7 +181,7 @@ def _polygons(figure: go.Figure, name: str, polygons: list[Polygon], colour: str
     if polygons:
         figure.add_scatter(
             x=x, y=y, name=name, mode="lines", fill="toself", fillcolor=faint(colour, opacity),
-            line={"color": colour, "width": 1.2}, hoverinfo="name",
+            line={"color": edge or colour, "width": 0.7 if edge else 1.2}, hoverinfo="name",
         )  # fmt: skip
 
 
@@ -255,8 +260,14 @@ TALL = 560.0
 """Greatest height [px] of the machine in a drawing."""
 WRITTEN = 0.035
 """Least distance of two dimensions with a number between them, as a share of the shaft's length."""
-FLAT, SLEEVE = 0.01, 0.08
-"""Least width of a disc and thickness of a sleeve, as shares of the shaft's length."""
+FLAT, SLEEVE, MOUTH = 0.01, 0.024, 0.004
+"""Least width of a disc, thickness of a sleeve and least width of an orifice, as shares of the shaft's length."""
+BUMPS = 6
+"""Bumps of a foil in a drawing."""
+LETTER, LINE = 6.5, 16.0
+"""Width [px] of a letter of a part's name, and height [px] of a line of names."""
+NARROW_PAPER = 560.0
+"""Least width [px] that the names of parts are kept apart on."""
 
 
 @dataclass(frozen=True)
@@ -283,13 +294,15 @@ class SideView:
     """The machine from the side, in mm: shapes from back to front, marks, dimensions.
 
     `rows` are the places of each row of dimensions by its name, `diameters` the ends of each section and its diameters
-    as a text; the shaft with all discs reaches from `start` to `end`, and no part is above `top`.
+    as a text, `names` the place and name of each part; the shaft with all discs reaches from `start` to `end`, and no
+    part is above `top`.
     """
 
     shapes: tuple[Shape, ...]
     marks: tuple[Mark, ...]
     rows: dict[str, list[float]]
     diameters: tuple[tuple[float, float, str], ...]
+    names: tuple[tuple[float, str], ...]
     start: float
     end: float
     top: float
@@ -299,16 +312,18 @@ def side_view(machine: Machine) -> SideView:
     """Shapes, marks and dimensions of a machine."""
     discs_at = [one.position for one in machine.discs]
     start, end = (1e3 * f([z, *discs_at]) for f, z in ((min, machine.shaft.start), (max, machine.shaft.end)))
-    least = FLAT * (end - start)
+    least, thick = FLAT * (end - start), SLEEVE * (end - start)
     shapes = [Shape(f"discs.{k}", "arm", _corners(_arm(d, least))) for k, d in enumerate(machine.discs) if d.arm]
     shapes += [Shape(f"discs.{k}", "disc", _corners(_solid(d, least))) for k, d in enumerate(machine.discs)]
     shapes += [Shape(f"shaft.sections.{k}", "shaft", one) for k, one in enumerate(_sections(machine, 1e3))]
     shapes += [Shape(f"shaft.layers.{k // 2}", "layer", one) for k, one in enumerate(_layers(machine, 1e3))]
     shapes += [Shape(f"shaft.sections.{k}", "bore", one) for k, one in _bores(machine)]
-    sleeves = list(_sleeves(machine, 0.3 * SLEEVE * (end - start)))
-    shapes += [
-        Shape(f"bearings.{machine.film_bearings[k // 2]}", "bearing", _corners(one)) for k, one in enumerate(sleeves)
-    ]
+    for k, film in zip(machine.film_bearings, machine.films, strict=True):
+        mouths = sorted({n.z * 1e3 for n in nozzles(machine) if n.bearing == k})
+        for kind, box in _film_parts(film, thick, mouths, MOUTH * (end - start)):
+            shapes += [Shape(f"bearings.{k}", kind, one) for one in (box, _below(box))]
+    for k, one in enumerate(machine.thrust_bearings):
+        shapes.append(Shape(f"thrust_bearings.{k}", "collar", _corners(_collar(one, least))))
     plates = list(_plates(machine, 1e3, least))
     shapes += [Shape(f"thrust_bearings.{k // 2}", "bearing", _corners(one)) for k, one in enumerate(plates)]
     top = max(y for one in shapes if one.kind != "arm" for _, y in one.corners)
@@ -321,7 +336,7 @@ def side_view(machine: Machine) -> SideView:
     marks += [Mark(f"point_masses.{k}", "mass", m.position * 1e3, 0.0) for k, m in enumerate(machine.point_masses)]
     marks += [Mark(_probe_at(machine, z), "probe", z * 1e3, 1.12 * top) for z in planes]
     rows = _dimension_rows(machine, planes)
-    return SideView(tuple(shapes), tuple(marks), rows, tuple(_pieces(machine)), start, end, top)
+    return SideView(tuple(shapes), tuple(marks), rows, tuple(_pieces(machine)), tuple(_named(machine)), start, end, top)
 
 
 def _probe_at(machine: Machine, z: float) -> str:
@@ -338,7 +353,8 @@ def _corners(box: Box) -> Polygon:
 
 LOOKS = {
     "arm": ("arm", DISC, 1.0), "disc": ("disc", DISC, 1.0), "shaft": ("shaft", SHAFT, 1.0),
-    "layer": ("layer", LAYER, 1.0), "bore": ("bore", "#ffffff", 1.0), "bearing": ("bearing", BEARING, 0.7),
+    "layer": ("layer", LAYER, 1.0), "bore": ("bore", "#ffffff", 1.0), "collar": ("thrust collar", SHAFT, 1.0),
+    "bearing": ("bearing", BEARING, 0.7), "foil": ("foil", FOIL, 0.6), "mouth": ("orifice or injector", NOZZLE, 1.0),
 }  # fmt: skip
 """Name, colour and opacity of a kind of shape in a drawing, from back to front."""
 
@@ -348,7 +364,7 @@ def machine_drawing(machine: Machine) -> go.Figure:
     figure, view = go.Figure(), side_view(machine)
     start, length, top = view.start, view.end - view.start, view.top
     for kind, (name, colour, opacity) in LOOKS.items():
-        _polygons(figure, name, [one.corners for one in view.shapes if one.kind == kind], colour, opacity)
+        _polygons(figure, name, [one.corners for one in view.shapes if one.kind == kind], colour, opacity, INK)
     edge = {"color": INK, "width": 1}
     for kind, name, look in (
         ("spring", "bearing", {"symbol": "triangle-up", "size": 14, "color": BEARING, "line": edge}),
@@ -359,17 +375,18 @@ def machine_drawing(machine: Machine) -> go.Figure:
         figure.add_scatter(x=[one.z for one in own], y=[one.y for one in own], mode="markers", name=name,
                            hoverinfo="name+x", marker=look)  # fmt: skip
     room = MARGIN * length
-    pixel = (length + 2.4 * room) / PAPER
+    left, right = (f(z for one in view.shapes for z, _ in one.corners) for f in (min, max))
+    pixel = (right - left + 2.4 * room) / PAPER
     _diameters(figure, view)
-    low = _dimensions(figure, view, pixel)
+    low, named = _dimensions(figure, view, pixel), _part_names(figure, view, left - room, right + room)
     figure.add_shape(type="line", x0=start - room / 2, x1=start + length + room / 2, y0=0, y1=0,
                      line={"color": INK, "width": 0.8, "dash": "dashdot"})  # fmt: skip
-    style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60), hovermode="closest", dragmode=False)
+    style(figure, int(min((1.25 * top - low) / pixel, 2 * TALL) + 60 + named), hovermode="closest", dragmode=False)
     figure.update_xaxes(title_text="position along the shaft [mm]", showgrid=False,
-                        range=[start - 1.6 * room, start + length + 0.8 * room])  # fmt: skip
+                        range=[left - 1.6 * room, right + 0.8 * room])  # fmt: skip
     figure.update_yaxes(title_text="radius [mm]", visible=False, scaleanchor="x", scaleratio=1, constrain="domain",
                         range=[low, 1.25 * top])  # fmt: skip
-    figure.update_layout(margin={"l": 12, "r": 12, "t": 6, "b": 42}, showlegend=False)
+    figure.update_layout(margin={"l": 12, "r": 12, "t": 6 + named, "b": 42}, showlegend=False)
     return figure
 
 
@@ -398,12 +415,57 @@ def _solid(disc: Disc, least: float) -> Box:
     return disc.position * 1e3 - half, disc.position * 1e3 + half, -radius, radius
 
 
-def _sleeves(machine: Machine, thickness: float) -> Iterator[Box]:
-    """Both halves of the sleeve of every gas film, in mm."""
-    for one in machine.films:
-        left, right = (one.position - one.length / 2) * 1e3, (one.position + one.length / 2) * 1e3
-        inner = one.diameter / 2 * 1e3
-        yield from ((left, right, -inner - thickness, -inner), (left, right, inner, inner + thickness))
+def _film_parts(film: GasFilm, thick: float, mouths: Sequence[float], least: float) -> Iterator[tuple[str, Polygon]]:
+    """Kind and shape, in mm, of a sleeve, its foil and its orifices at `mouths` as they are seen above the shaft."""
+    left, right = (1e3 * z for z in film.ends)
+    inner = film.diameter / 2 * 1e3
+    yield "bearing", _corners((left, right, inner, inner + thick))
+    if film.foil is not None:
+        steps = np.linspace(left, right, 2 * BUMPS + 1)
+        heights = inner + thick * np.where(np.arange(len(steps)) % 2, 0.45, 0.15)
+        yield "foil", [(left, inner), *zip(steps.tolist(), heights.tolist(), strict=True), (right, inner)]
+    for z in mouths:
+        yield "mouth", _corners((z - least / 2, z + least / 2, inner, inner + thick))
+
+
+def _below(corners: Polygon) -> Polygon:
+    """The mirror image below the axis."""
+    return [(z, -y) for z, y in corners]
+
+
+def _collar(thrust: ThrustBearing, width: float) -> Box:
+    """The face on which a thrust bearing pushes, in mm."""
+    z, radius = thrust.position * 1e3, thrust.outer_diameter * 500
+    return *sorted((z - thrust.sign * width / 2, z + thrust.sign * width)), -radius, radius
+
+
+def _named(machine: Machine) -> Iterator[tuple[float, str]]:
+    """Place [mm] and name of every disc, bearing, thrust bearing and layer with a name, films with their sizes."""
+    for disc, name in zip(machine.discs, machine.disc_names, strict=True):
+        yield disc.position * 1e3, name
+    for one, name in zip(machine.bearings, machine.bearing_names, strict=True):
+        size = "" if not isinstance(one, GasFilm) else (
+            f" \N{DIAMETER SIGN}{number(one.diameter * 1e3, 'mm', '.4g')} \N{MULTIPLICATION SIGN} "
+            f"{number(one.length * 1e3, 'mm', '.4g')}, c {quantity(one.clearance * TO_UM, 'µm')}"
+        )  # fmt: skip
+        yield one.position * 1e3, name + size
+    for thrust, name in zip(machine.thrust_bearings, machine.thrust_names, strict=True):
+        yield thrust.position * 1e3, f"{name} \N{DIAMETER SIGN}{number(thrust.outer_diameter * 1e3, 'mm', '.4g')}"
+    for layer in machine.shaft.layers:
+        if layer.name:
+            yield 500 * (layer.position + layer.end), layer.name
+
+
+def _part_names(figure: go.Figure, view: SideView, low: float, high: float) -> float:
+    """Names of the parts above them, in as many lines as keep them apart between two ends [mm]; their height [px]."""
+    letter, ends = LETTER * (high - low) / NARROW_PAPER, list[float]()
+    for z, text in sorted(view.names):
+        half = min(0.5 * letter * len(text), 0.5 * (high - low))
+        z = min(max(z, low + half), high - half)
+        line = next((k for k, end in enumerate(ends) if end < z - half), len(ends))
+        ends[line : line + 1] = [z + half + letter]
+        figure.add_annotation(x=z, y=1.25 * view.top, yanchor="bottom", yshift=line * LINE, text=text, showarrow=False)
+    return len(ends) * LINE
 
 
 def _dimension_rows(machine: Machine, planes: Sequence[float]) -> dict[str, list[float]]:
@@ -413,6 +475,8 @@ def _dimension_rows(machine: Machine, planes: Sequence[float]) -> dict[str, list
         "sections": [start, *(right for _, right, _ in _pieces(machine))],
         "bearings": [start, *(b.position * 1e3 for b in machine.bearings), end],
         "discs": [start, *(d.position * 1e3 for d in machine.discs), end] if machine.discs else [],
+        "layers": [1e3 * z for one in machine.shaft.layers for z in (machine.shaft.start, one.position, one.end)],
+        "thrust": [1e3 * z for one in machine.thrust_bearings for z in (machine.shaft.start, one.position)],
         "probes": [start, *(z * 1e3 for z in planes), end],
         "overall": [start, end],
     }  # fmt: skip

@@ -323,12 +323,12 @@ def peaks(run: AnalysedRun) -> Rows:
 
 
 def _speed(found: dict[str, float]) -> str:
-    first, last = f"{found['first']:.0f}", f"{found['last']:.0f}"
+    first, last = (str(round(found[end])) for end in ("first", "last"))
     return f"{first} rpm" if first == last else f"{first} to {last} rpm"
 
 
 def _where(run: AnalysedRun, found: dict[str, float]) -> str:
-    at = f"{found['rpm']:.0f} rpm, " if run.speed_known else ""
+    at = f"{round(found['rpm'])} rpm, " if run.speed_known else ""
     return f"{quantity(found['um'], 'µm')} at {at}{found['time_s']:.2f} s{end_of_run(found) if run.swept else ''}"
 
 

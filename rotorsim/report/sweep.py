@@ -25,7 +25,14 @@ DEFINITIONS = {
     "damping": "Least damping ratio of the modes near the first critical speeds.",
     "frequency": "Lowest natural frequency of film and rotor together.",
     "peak": "Largest half axis of the orbit at the measuring plane, over the stable speeds.",
+    "thrust_gap": "Least gap of the thrust bearings where they carry the axial load.",
+    "thrust_flow": "Mass flow from the thrust bearings there.",
+    "thrust_power": "Friction power of the thrust bearings there.",
+    "axial_stiffness": "Stiffness at rest of the rotor between its thrust bearings.",
+    "axial_frequency": "Natural frequency of the rotor along the shaft.",
+    "axial_damping": "Damping ratio of that motion.",
 }
+"""Definition of every quantity of a sweep."""
 
 
 @page_of(SweepResult)

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import NoConvergence, brentq, newton_krylov
 
 import identification as idn
 from rotorsim.base.errors import RotorsimError
@@ -50,7 +50,7 @@ HELD = True
 """Whether the force of a sample holds until the next one."""
 POINTS, HIGHEST = 8192, 800.0
 """Moments in a period, and highest line [Hz] of the response."""
-PLACES = {"left bearing": 0, "disc 1": 4, "disc 2": 9, "right bearing": 12}
+PLACES = {"left bearing": 0, "disc 0": 4, "disc 1": 9, "right bearing": 12}
 """Nodes at which a law may act."""
 Force = Callable[[np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
 """Force (2, n) [N] of displacement and velocity (2, n), shaft angle (n,) and speed [rad/s]."""
@@ -67,7 +67,7 @@ class HiddenLaw:
     kind: str
     force: Force | None = None
     stiffness: Callable[[float, float], np.ndarray] | None = None
-    places: tuple[str, ...] = ("left bearing", "disc 2", "right bearing")
+    places: tuple[str, ...] = ("left bearing", "disc 1", "right bearing")
 
 
 def each(f: Callable[[np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]) -> Force:
@@ -82,18 +82,18 @@ LAWS = (
     HiddenLaw("quadratic", "quadratic", each(lambda u, v, a, w: u**2)),
     HiddenLaw("dry", "dry", each(lambda u, v, a, w: np.tanh(v / 3e-5))),
     HiddenLaw("drag", "drag", each(lambda u, v, a, w: np.abs(v) * v)),
-    HiddenLaw("parametric", "parametric", each(lambda u, v, a, w: np.cos(2 * a) * u), places=("disc 1", "disc 2")),
+    HiddenLaw("parametric", "parametric", each(lambda u, v, a, w: np.cos(2 * a) * u), places=("disc 0", "disc 1")),
     HiddenLaw("dead band", "dead band", each(lambda u, v, a, w: np.sign(u) * np.maximum(np.abs(u) - DEAD, 0.0))),
     HiddenLaw("delayed", "delayed", stiffness=lambda omega, w: np.eye(2) * np.exp(-1j * omega * DELAY)),
     HiddenLaw("swirl", "swirl", stiffness=lambda omega, w: w**2 * np.array([[0, 1], [-1, 0]]),
-        places=("disc 1", "disc 2")),
+        places=("disc 0", "disc 1")),
     HiddenLaw("absorber", "absorber", stiffness=lambda omega, w: -np.eye(2) * omega**2 * absorbed(omega),
-        places=("disc 1", "disc 2")),
+        places=("disc 0", "disc 1")),
     HiddenLaw("softening with speed", "speed", stiffness=lambda omega, w: -(w**2) * np.eye(2)),
     HiddenLaw("broadband", "stochastic"),
     HiddenLaw("line", "stochastic"),
     HiddenLaw("drift", "stochastic"),
-    HiddenLaw("moving unbalance", "stochastic", places=("disc 1", "disc 2")),
+    HiddenLaw("moving unbalance", "stochastic", places=("disc 0", "disc 1")),
 )  # fmt: skip
 """The fourteen laws."""
 
@@ -201,20 +201,31 @@ def nonlinear(
     own = {k: one.law.force for k, one in enumerate(laws) if one.law.force is not None and one.size}
     force, angle = np.zeros_like(there), speed * np.arange(POINTS) * PERIOD / POINTS
     names = " and ".join(f"{one.law.name} at {one.place}" for one in laws)
-    for _ in range(400 if own else 0):
+
+    def answered(force: np.ndarray) -> np.ndarray:
+        """Forces of the laws along the motion that these forces make."""
         moved, new = there + np.einsum("lij,lj->li", inner, force), np.zeros_like(force)
         for k, f in own.items():
             at = slice(2 * k, 2 * k + 2)
             u, v = (in_time(one[:, at]) for one in (moved, 2j * np.pi * lines[:, None] * moved))
             new[:, at] = in_lines(laws[k].size * f(u, v, angle, speed), len(lines))
+        return new
+
+    for _ in range(400 if own else 0):
+        new = answered(force)
         change, force = np.abs(new - force).max(), force + 0.5 * (new - force)
         if change < 1e-7 * max(np.abs(force).max(), 1e-12):
             return force
         if not np.abs(force).max() < 1e3:
             raise ValueError(f"{names}, {speed:.4g} rad/s: no motion that stays small was found")
-    if own:
-        raise ValueError(f"{names}, {speed:.4g} rad/s: no periodic motion was found")
-    return force
+    if not own:
+        return force
+    try:  # where friction is steep the steps above go to and fro
+        found = newton_krylov(lambda x: (answered(x.view(complex)) - x.view(complex)).view(float), force.view(float),
+                              f_tol=1e-7 * np.abs(force).max(), maxiter=50)  # fmt: skip
+    except NoConvergence:
+        raise ValueError(f"{names}, {speed:.4g} rad/s: no periodic motion was found") from None
+    return np.asarray(found.view(complex))
 
 
 def in_time(lines: np.ndarray) -> np.ndarray:
@@ -266,7 +277,7 @@ def displacement(case: LawCase, number: int, size: float, known: dict[Any, Any])
         bearings[k] = tuple(v * (1 - size * share) for v in bearings[k][:2]) + bearings[k][2:]
         own, known = replace(case, rig=replace(case.rig, bearings=tuple(bearings))), {}
     if case.law.name == "moving unbalance":
-        k = 0 if case.place == "disc 1" else 1
+        k = 0 if case.place == "disc 0" else 1
         more = size * complex(*rng.normal(size=2))
         z = case.rig.unbalance[k][0] * np.exp(1j * case.rig.unbalance[k][1]) + more
         unbalance = tuple((abs(z), float(np.angle(z))) if i == k else one for i, one in enumerate(case.rig.unbalance))

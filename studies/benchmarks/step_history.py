@@ -24,6 +24,7 @@ from llvmlite.binding import get_host_cpu_name
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 import rotorsim
+from reynolds.vectors import wide_vectors
 from rotorsim.experiments import Prbs
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -76,12 +77,27 @@ def _commit() -> tuple[str, str]:
 
 
 def processor() -> str:
-    """Name of the processor, and the compiler's name of the kind that code is made for (NUMBA_CPU_NAME or its own)."""
+    """Name of the processor, the compiler's name of the kind that code is made for (NUMBA_CPU_NAME or its own), and
+    the bits of its vectors: a kind that is named alone keeps the computer's own features (NUMBA_CPU_FEATURES)."""
     cpuinfo = Path("/proc/cpuinfo")
     lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
     names = [text.partition(":")[2].strip() for text in lines if text.startswith("model name")]
     name = names[0] if names else platform.processor() or platform.machine()
-    return f"{name} ({numba.config.CPU_NAME or get_host_cpu_name()})"
+    return f"{name} ({numba.config.CPU_NAME or get_host_cpu_name()}, {vector_bits()} bits)"
+
+
+def vector_bits() -> int:
+    """Bits of the widest vectors that kernels fill, as the machine code of a small one has them."""
+
+    @numba.njit
+    def increase(w):
+        wide_vectors()
+        for k in range(w.size):
+            w[k] += 1.0
+
+    increase(np.zeros(1))
+    (code,) = increase.inspect_asm().values()
+    return next((bits for bits, register in ((512, "zmm"), (256, "ymm")) if register in code), 128)
 
 
 def read(history: Path = HISTORY) -> list[dict]:

@@ -6,7 +6,9 @@ import pytest
 import rotorsim as rs
 from refusals import refused
 from rotorsim.analysis import axial_forces, axial_state, thrust_films
+from rotorsim.analysis.sweep_definition import QUANTITIES, Axial
 from rotorsim.errors import DataError, MachineFileError, NoLiftOffError
+from rotorsim.report.sweep import DEFINITIONS, sweep_page
 
 SPEED = 6000.0
 
@@ -125,9 +127,11 @@ def test_thrust_bearings_leave_the_lateral_rotor_as_it_is():
     assert np.array_equal(with_them.forces, without.forces)
 
 
-def test_a_sweep_over_the_clearance_of_the_thrust_bearings():
-    from rotorsim.analysis.sweep_definition import Axial
-
-    values = [Axial(speed=SPEED, pressure=0.0).run(rs.Plant(turbo(clearance=c))) for c in (8e-6, 16e-6)]
-    assert values[0]["axial_stiffness"] > 2 * values[1]["axial_stiffness"]
-    assert values[0]["thrust_gap"] == pytest.approx(8e-6) and values[0]["thrust_power"] > values[1]["thrust_power"]
+def test_a_sweep_over_the_clearance_of_the_thrust_bearings_has_a_page_with_every_quantity():
+    over = {"thrust_bearings.*.clearance": "8 um, 16 um"}
+    found = rs.analysis.sweep(turbo(), over, Axial.quantities, speed=SPEED, pressure=0.0)
+    stiffness, gap, power = (found.data[name].values for name in ("axial_stiffness", "thrust_gap", "thrust_power"))
+    assert stiffness[0] > 2 * stiffness[1]
+    assert gap[0] == pytest.approx(8e-6) and power[0] > power[1]
+    drawn = [block.title for block in sweep_page(found).blocks if block.figure is not None]
+    assert len(drawn) == len(Axial.quantities) and set(DEFINITIONS) == set(QUANTITIES)

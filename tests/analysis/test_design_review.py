@@ -22,7 +22,7 @@ from rotorsim.commands.report import _sensitivity as sensitivity_of
 from rotorsim.control.sampled_loop import law_system
 from rotorsim.live.laws import SHIPPED
 from rotorsim.report.design import LIFTED, design_page
-from rotorsim.report.machine_sketch import machine_drawing
+from rotorsim.report.machine_sketch import machine_drawing, side_view
 from rotorsim.report.page import Block, Page, plain_page
 from rotorsim.report.units import page_system
 from rotorsim.verify.closed_loop import full_plant, pins
@@ -218,6 +218,23 @@ def test_the_drawing_shows_a_cone_with_both_its_diameters():
     (shaft,) = [trace for trace in machine_drawing(built).data if trace.name == "shaft"]
     heights = {round(abs(y), 9) for y in shaft.y if y is not None}
     assert {round(500 * left, 9), round(500 * right, 9)} <= heights and left != right
+
+
+def test_the_drawing_shows_foils_mouths_and_collars_where_they_are_and_keeps_names_apart():
+    """The foil over the length of its film between journal and sleeve; the orifices of both rows, above and below."""
+    foiled, fed, thrust = map(rs.load_machine, ("foil_turbo_rotor", "aerostatic_spindle", "grooved_turbo_rotor"))
+    foils = [one for one in side_view(foiled).shapes if one.kind == "foil"]
+    assert len(foils) == 2 * len(foiled.films)
+    for film, upper in zip(foiled.films, foils[::2], strict=True):
+        z, y = np.array(upper.corners).T
+        assert (z.min(), z.max(), y.min()) == pytest.approx((*(1e3 * e for e in film.ends), 500 * film.diameter))
+    mouths = [one for one in side_view(fed).shapes if one.kind == "mouth"]
+    places = {round(float(np.mean([z for z, _ in one.corners])), 3) for one in mouths}
+    assert places == {round(1e3 * (f.position + row.offset), 3) for f in fed.films for row in f.orifices}
+    collars = [max(y for _, y in one.corners) for one in side_view(thrust).shapes if one.kind == "collar"]
+    assert collars == pytest.approx([500 * one.outer_diameter for one in thrust.thrust_bearings])
+    notes = [a for a in machine_drawing(thrust).layout.annotations if "\N{DIAMETER SIGN}26" in a.text]
+    assert len(notes) == 2 and notes[0].x == notes[1].x and notes[0].yshift != notes[1].yshift
 
 
 def test_the_sensitivity_of_the_shipped_law_is_that_of_python_control_and_an_unstable_loop_has_none(tmp_path):

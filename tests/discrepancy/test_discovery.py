@@ -49,6 +49,7 @@ from rotorsim.discrepancy.stochastic import (
     StochasticForce,
     by_chance,
     drift,
+    fall_next_to_drift,
     random_force,
     repeating,
 )
@@ -104,9 +105,9 @@ def test_a_law_states_the_power_that_it_feeds_into_a_motion(name, watt):
     orbit = np.sqrt(2e-10) * np.array([np.cos(turn), np.sin(turn)])
     m = replace(motion(orbit), velocity=50.0 * np.sqrt(2e-10) * np.array([-np.sin(turn), np.cos(turn)]))
     size = 0.5 * 3.0**2 if name == "damping" else 3.0
-    law = ProposedLaw("disc 1", (LawTerm(TERMS[name], one=True),), np.array([size]), 0, 0, 0, np.zeros(0), np.zeros(1))
+    law = ProposedLaw("disc 0", (LawTerm(TERMS[name], one=True),), np.array([size]), 0, 0, 0, np.zeros(0), np.zeros(1))
     assert fed_power(law, m) == pytest.approx(watt, rel=1e-9, abs=1e-18)
-    law = DiscoveredLaw("", "disc 1", 0.1, "", {}, {}, (name,), "", "", 1.0, growth=2.0, power=fed_power(law, m))
+    law = DiscoveredLaw("", "disc 0", 0.1, "", {}, {}, (name,), "", "", 1.0, growth=2.0, power=fed_power(law, m))
     assert law.refuted_by.startswith("it feeds") == (watt > 0)
 
 
@@ -118,7 +119,7 @@ def test_the_kernel_of_a_law_is_the_term_that_was_fitted(name):
     m = motion(1e-5 * rng.normal(size=(2, 64)))
     one = LawTerm(term, tuple(shape.items()))
     sizes = rng.normal(size=2 * len(term.parts))
-    text = written(ProposedLaw("disc 1", (one,), sizes, 0, 0, 0, np.zeros(0), sizes), {"disc 1": 0.2}, "law_of_test")
+    text = written(ProposedLaw("disc 0", (one,), sizes, 0, 0, 0, np.zeros(0), sizes), {"disc 0": 0.2}, "law_of_test")
     try:
         load(text)
         kernel = REGISTRY["law_of_test"].kernel.py_func
@@ -165,7 +166,7 @@ def test_a_shaft_whose_shear_is_taken_away_answers_as_independent_beam_elements_
     assert np.all(np.abs(without) < 2e-4) and np.all(with_shear > 1e-3)
 
 
-def cubic(size: float, place: str = "disc 1") -> ProposedLaw:
+def cubic(size: float, place: str = "disc 0") -> ProposedLaw:
     """A cubic law at a place."""
     sizes = np.array([size, size])
     return ProposedLaw(place, (LawTerm(TERMS["cubic"]),), sizes, 0, 0, 0, np.zeros(0), sizes)
@@ -180,7 +181,7 @@ def test_the_spread_of_a_force_is_that_of_its_coefficient_times_its_term():
 def test_the_spread_of_a_dead_band_is_its_stiffness_times_that_of_the_gap_where_it_is_passed():
     u = np.array([[0.0, 5e-6, -5e-6], [2e-6, 0.0, 1e-5]])
     term = LawTerm(TERMS["dead band"], (("gap", 3e-6),), one=True)
-    law = ProposedLaw("disc 1", (term,), np.array([2e6]), 0, 0, 0, np.zeros(0), np.zeros(1))
+    law = ProposedLaw("disc 0", (term,), np.array([2e6]), 0, 0, 0, np.zeros(0), np.zeros(1))
     found = spread_of(law, motion(u), {"gap": 1e-7})
     assert found == pytest.approx(np.array([[0.0, 0.2, 0.2], [0.0, 0.0, 0.2]]))
 
@@ -188,7 +189,7 @@ def test_the_spread_of_a_dead_band_is_its_stiffness_times_that_of_the_gap_where_
 def places_seen(columns, residual, J):
     """Observed places of which each term has its own whitened columns."""
     return SimpleNamespace(
-        J=J, residual=residual, motions=dict.fromkeys(("disc 1", "disc 2")), comparison=None,
+        J=J, residual=residual, motions=dict.fromkeys(("disc 0", "disc 1")), comparison=None,
         columns=lambda place, term, shape: columns[place, term.name], largest=lambda place: 1e-5,
     )  # fmt: skip
 
@@ -201,7 +202,7 @@ def two_forces(kinds, wanted, monkeypatch):
     names = ("dry", "cubic", "stiffness", "drag", "quadratic")
     monkeypatch.setattr(f"{room}.LIBRARY", tuple(TERMS[name] for name in names))
     Q = 6 * np.linalg.qr(np.random.default_rng(4).normal(size=(40, 21)))[0]
-    both = [(z, kind) for z in ("disc 1", "disc 2") for kind in names]
+    both = [(z, kind) for z in ("disc 0", "disc 1") for kind in names]
     columns = {one: Q[:, 2 * i : 2 * i + 2] for i, one in enumerate(both)}
     residual = sum(size * columns[one].sum(axis=1) for one, size in zip(kinds, wanted, strict=True))
     J, scale = Q[:, 20:], (FitParameter("shaft_stiffness", 0.01, sd=1.0),)
@@ -212,36 +213,36 @@ def two_forces(kinds, wanted, monkeypatch):
 @pytest.mark.parametrize(
     ("kinds", "names"),
     [
-        ((("disc 1", "dry"), ("disc 2", "cubic")), "dry of disc 1 with cubic of disc 2"),
-        ((("disc 1", "dry"), ("disc 1", "cubic")), "dry with cubic of disc 1"),
+        ((("disc 0", "dry"), ("disc 1", "cubic")), "dry of disc 0 with cubic of disc 1"),
+        ((("disc 0", "dry"), ("disc 0", "cubic")), "dry with cubic of disc 0"),
     ],
 )
 def test_two_forces_are_found_at_one_place_or_at_two(kinds, names, monkeypatch):
     law, *others = laws_of(*two_forces(kinds, (20, 15), monkeypatch))
     assert law.names == names and law.coefficients == pytest.approx([20, 15], rel=1e-3)
-    fewer = ["dry of disc 1"] if len(law.places) == 1 else []
+    fewer = ["dry of disc 0"] if len(law.places) == 1 else []
     assert [other.names for other in others if len(other.terms) == 1] == fewer
     assert [other.names for other in others if law.holds(other)] == fewer and not any(one.holds(law) for one in others)
 
 
-@pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 2"),
-                                             ("dry", "cubic of disc 2 with dry of disc 1")])  # fmt: skip
+@pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 1"),
+                                             ("dry", "cubic of disc 1 with dry of disc 0")])  # fmt: skip
 def test_a_further_term_is_not_constant_as_an_error_of_the_model_form_is(kind, names, monkeypatch):
-    given = two_forces((("disc 2", "cubic"), ("disc 1", kind)), (20, 15), monkeypatch)
-    assert extended(solved(*given, "disc 2", [LawTerm(TERMS["cubic"])]), *given).names == names
+    given = two_forces((("disc 1", "cubic"), ("disc 0", kind)), (20, 15), monkeypatch)
+    assert extended(solved(*given, "disc 1", [LawTerm(TERMS["cubic"])]), *given).names == names
 
 
 def test_the_module_of_a_law_at_two_places_has_an_effect_at_each_and_the_force_of_its_own_terms():
-    terms = LawTerm(TERMS["dry"], one=True), LawTerm(TERMS["cubic"], one=True, place="disc 2")
-    law = ProposedLaw("disc 1", terms, np.array([0.5, 3e12]), 0, 0, 0, np.zeros(0), np.zeros(2))
-    assert law.places == ("disc 1", "disc 2") and law.part_at("disc 2").coefficients == pytest.approx([3e12])
+    terms = LawTerm(TERMS["dry"], one=True), LawTerm(TERMS["cubic"], one=True, place="disc 1")
+    law = ProposedLaw("disc 0", terms, np.array([0.5, 3e12]), 0, 0, 0, np.zeros(0), np.zeros(2))
+    assert law.places == ("disc 0", "disc 1") and law.part_at("disc 1").coefficients == pytest.approx([3e12])
     twin, before = SimpleNamespace(machine=machine_of_laws()), set(REGISTRY)
     at = law_places(twin.machine)
     with candidate_laws([law], twin) as [form]:
         first, second = sorted(set(REGISTRY) - before)
         keys = [parameter.key for parameter in form.parameters]
         assert keys == [f"{first}.0.dry", f"{second}.0.cubic"]
-        assert form.fixed == {f"{first}.0.position": at["disc 1"], f"{second}.0.position": at["disc 2"]}
+        assert form.fixed == {f"{first}.0.position": at["disc 0"], f"{second}.0.position": at["disc 1"]}
         motion_of = 0.0, 0.0, 100.0, 1e-5, -2e-5, 1.0, -1.0
         forces = [REGISTRY[name].kernel.py_func(*motion_of, SimpleNamespace(dry=0.5, cubic=3e12))
                   for name in (first, second)]  # fmt: skip
@@ -254,7 +255,7 @@ def test_a_law_is_known_only_as_long_as_it_is_a_candidate():
     before, twin = set(REGISTRY), SimpleNamespace(machine=machine_of_laws())
     found = list[set[str]]()
     for size in (1e12, 2e12):
-        with pytest.raises(ZeroDivisionError), candidate_laws([cubic(size), cubic(size, "disc 2")], twin) as forms:
+        with pytest.raises(ZeroDivisionError), candidate_laws([cubic(size), cubic(size, "disc 1")], twin) as forms:
             found.append(set(REGISTRY) - before)
             assert {form.effect for form in forms} == found[-1] and len(forms) == len(found[-1]) == 2
             raise ZeroDivisionError
@@ -459,6 +460,23 @@ def test_what_a_random_force_makes_of_records_by_chance_is_no_drift(chance, foun
     fit = SimpleNamespace(J=np.tile(column, 2)[:, None], parameters=(parameter,))
     seen = drift(comparison, fit, np.full(400, chance))
     assert (seen and (seen.kind, seen.place)) == (("drift", "bearing.0") if found else None)
+    if seen:
+        assert abs(seen.size[0] - 40.0) < 3 * seen.sd[0] < 0.3
+
+
+@pytest.mark.parametrize(("own", "told"), [(False, False), (True, True)])
+def test_a_law_is_told_from_a_drift_by_what_it_explains_where_each_record_has_its_own_numbers(own, told):
+    """A number that rises from record to record, in the order of their speeds, is as a force by the speed."""
+    rng, records, n = np.random.default_rng(4), 8, 200
+    record, column = np.repeat(np.arange(records), n), rng.normal(size=records * n)
+    law = np.column_stack([column * (1 + record), rng.normal(size=records * n)])
+    residual = rng.normal(size=records * n) + 2.0 * column * (record - 3.5) + 1.0 * own * law[:, 1]
+    seen = SimpleNamespace(comparison=SimpleNamespace(layout=SimpleNamespace(record=record)), J=column[:, None],
+                           residual=residual)  # fmt: skip
+    fit = SimpleNamespace(parameters=(FitParameter("bearing.0.kx", 0.1, sd=0.3),), vector=np.array([0.1]))
+    alone = np.linalg.lstsq(np.column_stack([column, law]), residual, rcond=None)[1][0]
+    assert np.linalg.lstsq(column[:, None], residual, rcond=None)[1][0] - alone > 1000.0
+    assert (fall_next_to_drift(seen, fit, "bearing.0", law) > 100.0) == told
 
 
 @pytest.mark.parametrize("tolerance", [0.0005, 0.002])
@@ -618,12 +636,12 @@ def test_a_law_is_searched_from_the_files_own_numbers_too_where_its_calibration_
 
 
 def law_of(*names: str) -> ProposedLaw:
-    """A law of these terms at the disc 1."""
+    """A law of these terms at the disc 0."""
     terms, sizes = tuple(LawTerm(TERMS[name], one=True) for name in names), np.full(len(names), 1e3)
     return replace(cubic(1e12), terms=terms, coefficients=sizes, sd=sizes)
 
 
-@pytest.mark.parametrize(("flags", "found"), [([], None), ([1], ("stiffness of disc 1", ["a further term (cubic)"]))])
+@pytest.mark.parametrize(("flags", "found"), [([], None), ([1], ("stiffness of disc 0", ["a further term (cubic)"]))])
 def test_a_constant_law_that_no_group_shows_is_not_discovered_where_the_plant_prefers_it(flags, found, monkeypatch):
     """The linear model has a further term, which is not constant; the plant does without it."""
     laws = [law_of("stiffness", "cubic"), law_of("stiffness")]
@@ -631,23 +649,23 @@ def test_a_constant_law_that_no_group_shows_is_not_discovered_where_the_plant_pr
 
 
 def test_a_law_with_a_further_term_that_may_be_is_not_excluded(monkeypatch):
-    laws = [law_of("cubic", "drag"), law_of("cubic"), replace(law_of("dry"), place="disc 2")]
+    laws = [law_of("cubic", "drag"), law_of("cubic"), replace(law_of("dry"), place="disc 1")]
     found = judged_laws(laws, 1, 0.04, [1], monkeypatch)
-    assert found == ("cubic of disc 1", ["a further term (drag)", "dry of disc 2"])
+    assert found == ("cubic of disc 0", ["a further term (drag)", "dry of disc 1"])
 
 
 @pytest.mark.parametrize(
     ("after", "place", "size"),
     [
-        ((3.0, 4.0), "disc 1", 0.2),
-        ((4.0, 3.0), "disc 2", 0.2),
-        ((9.0, 8.0), "disc 1", 0.1),
-        ((9.0, 4.5), "disc 2", 0.2),
+        ((3.0, 4.0), "disc 0", 0.2),
+        ((4.0, 3.0), "disc 1", 0.2),
+        ((9.0, 8.0), "disc 0", 0.1),
+        ((9.0, 4.5), "disc 1", 0.2),
     ],
 )
 def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or_not(after, place, size, monkeypatch):
     """They leave 5 and 6 at the calibration that they were found at: a move that makes them worse is not made."""
-    room, at = "rotorsim.discrepancy.diagnosis", dict(zip(("disc 1", "disc 2"), after, strict=True))
+    room, at = "rotorsim.discrepancy.diagnosis", dict(zip(("disc 0", "disc 1"), after, strict=True))
     one, softer = (LawTerm(TERMS["hidden mass"], one=True),), FitParameter("shaft_stiffness", 0.01)
     laws = [replace(cubic(1e12, z), terms=one, coefficients=np.ones(1), sd=np.ones(1), cost=cost, moved=np.full(1, 0.1))
             for z, cost in zip(at, (5.0, 6.0), strict=True)]  # fmt: skip

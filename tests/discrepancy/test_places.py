@@ -27,11 +27,11 @@ def keys(machine, effect, only=None):
 
 def test_a_seal_is_a_candidate_at_every_disc_and_support(two_discs):
     ends = two_discs.bearings_in_words
-    places = {"disc 1", "disc 2", *ends}
+    places = {"disc 0", "disc 1", *ends}
     assert keys(two_discs, "labyrinth_seal") == {
         f"labyrinth_seal.{p} of {place}" for p in ("damping", "cross_stiffness") for place in places
     }
-    assert keys(two_discs, "crack") == {"crack.loss of disc 1", "crack.loss of disc 2"}
+    assert keys(two_discs, "crack") == {"crack.loss of disc 0", "crack.loss of disc 1"}
 
 
 def test_a_place_that_the_machine_file_states_is_kept(two_discs):
@@ -72,7 +72,7 @@ def test_a_force_of_the_twin_acts_at_its_place(two_discs):
 
 def test_the_place_is_written_into_the_machine_file(two_discs):
     twin = Twin(two_discs, GRID, 2e-4, only=("labyrinth_seal",))
-    form = next(f for f in candidates(twin) if f.key == "labyrinth_seal.cross_stiffness of disc 2")
+    form = next(f for f in candidates(twin) if f.key == "labyrinth_seal.cross_stiffness of disc 1")
     point = ParameterPoint({form.parameters[0]: 5e4}, form.fixed)
     found = found_of(
         twin, form, ParameterFit(form.parameters, point, np.zeros(1), np.zeros((1, 1)), 0.0), np.eye(1), ()

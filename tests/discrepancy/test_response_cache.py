@@ -49,16 +49,22 @@ def turning(models, speeds=(150.0, 210.0, 260.0)):
     return made, runs
 
 
-def test_a_response_that_is_known_is_not_computed_again_and_a_step_of_a_difference_is_not_kept(models):
+def test_neither_a_response_nor_a_step_of_a_difference_is_computed_twice(models):
+    """A central Jacobian where one of one side is known takes the other side alone; both are derivatives."""
     made, runs = turning(models)
     here, damping = ParameterPoint(), FitParameter("shaft_damping", 0.1)
     first = made.predict(here)
     np.testing.assert_array_equal(made.predict(ParameterPoint()), first)
     assert len(runs) == 3
-    made.jacobian(here, [damping])
+    one_sided = made.jacobian(here, [damping])
     assert len(runs) == 6
-    made.predict(here.moved([damping], np.array([0.1])))
+    np.testing.assert_array_equal(made.jacobian(here, [damping]), one_sided)
+    central = made.jacobian(here, [damping], central=True)
     assert len(runs) == 9
+    ahead, behind = (made.predict(here.moved([damping], np.array([step]))) for step in (0.05, -0.05))
+    direct = (ahead - behind) / 0.1
+    assert np.linalg.norm(central[:, 0] - direct) < 0.02 * np.linalg.norm(direct)
+    assert np.linalg.norm(one_sided[:, 0] - direct) < 0.2 * np.linalg.norm(direct)
 
 
 def test_the_sine_of_a_phase_follows_from_its_cosine_and_one_run(models):
@@ -109,6 +115,25 @@ def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_sa
         there = origin.moved([parameter], np.array([parameter.step]))
         here, cold = simulate(twin, trial, origin), simulate(twin, trial, there)
         assert np.abs(simulate(twin, trial, there, near=origin) - cold).max() < 0.02 * np.abs(cold - here).max()
+
+
+@pytest.mark.slow
+def test_steps_of_forms_with_other_options_go_on_from_one_motion(monkeypatch):
+    """Options of an effect that is off change nothing: its forms' steps need one run from the equilibrium, not each."""
+    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4), only=("runout",))
+    rows, t = np.zeros((6000, 6)), np.arange(6000) * 2e-4
+    rows[:, 0], rows[:, 1], rows[:, 2] = 2 * np.pi * 50, 0.4e6, 0.3 * np.cos(2 * np.pi * 45 * t)
+    comparison, led = TwinComparison(twin, [trial_of(rows, np.zeros((6000, 2)), 0.3, "sine")], threads=1), []
+    own = Twin._led
+    monkeypatch.setattr(Twin, "_led", lambda *given: led.append(1) or own(*given))
+    size, origin = FitParameter("runout.0.amplitude_2x", 1e-6), ParameterPoint()
+    held = [origin.holding({"runout.0.phase_2x": phase}) for phase in (0.0, 0.5, 1.0)]
+    here = comparison.predict(origin)
+    columns = [comparison.column(point, size, here) for point in held]
+    assert len(led) <= 3  # for the response there, and one motion near it; one for each form before
+    direct = (comparison.predict(held[2].moved([size], np.array([1e-6]))) - here) / 1e-6
+    assert np.linalg.norm(columns[2] - direct) < 0.02 * np.linalg.norm(direct)
+    assert np.linalg.norm(columns[2] - columns[0]) > 0.1 * np.linalg.norm(direct)
 
 
 def test_records_that_repeat_each_other_share_their_derivatives(models):

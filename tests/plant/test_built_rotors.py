@@ -367,6 +367,43 @@ def test_a_designers_slips_are_listed_at_once_with_exit_code_2(length, more, tmp
     assert {line.split(": ")[1] for line in lines} == ALWAYS | more
 
 
+MANY = (
+    BAD.replace("LENGTH", "100 mm")
+    + """[[bearings]]
+kind = "gas_flim"
+position = "200 mm"
+[[discs]]
+position = "410 mm"
+mass = "-2 kg"
+polar_inertia = "1e-3 kg*m"
+diametral_inertia = "1e-3 kg*m^2"
+[[thrust_bearings]]
+position = "150 mm"
+pushes = "up"
+inner_diameter = "60 mm"
+outer_diameter = "50 mm"
+clearance = "20 um"
+[probe]
+position = "250"
+[effects.unbalance]
+me = "5 g"
+"""
+)
+MORE = {
+    "bearings.2.kind", "discs.0.position", "discs.0.mass", "discs.0.polar_inertia", "thrust_bearings.0.pushes",
+    "thrust_bearings.0.inner_diameter", "probe.position", "effects.unbalance.me",
+}  # fmt: skip
+
+
+def test_no_mistake_hides_another_one():
+    """A bearing of no kind, an effect and a disc that cannot be read, next to the slips above."""
+    with pytest.raises(MachineFileError) as caught:
+        rs.machine.Machine.from_text(MANY)
+    assert {line.partition(": ")[0] for line in caught.value.problems} == ALWAYS | MORE | {
+        "bearings.1.position", "bearings.1.length",
+    }  # fmt: skip
+
+
 QUESTIONS = {
     "shaft.layers.0.inner_diameter": "34 mm",
     "discs.0.polar_inertia": "2e-3 kg*m^2",

@@ -127,7 +127,7 @@ def test_effects_on_the_gap_add_to_the_form_of_the_sleeve():
     ("form", "message"),
     {
         f'{FORMS["grooves"]}\norifices = [{{ count = 4, diameter = "0.2 mm" }}]':
-            "bearings.0.grooves: does not go with orifices",
+            "bearings.0.grooves: orifices and injectors need a land of '0.2 mm'",
         f'{FORMS["foil"]}\norifices = [{{ count = 4, diameter = "0.2 mm", pocket_diameter = "2 mm" }}]':
             "bearings.0.orifices.0.pocket_diameter: '2 mm' is cut into a sleeve, not into a foil; remove it",
         'grooves = { on = "sleeve", depth = "9 um", share = 0.5, angle = "28 deg", land = "50 mm" }':
@@ -180,7 +180,7 @@ def test_all_faults_of_a_machine_file_are_told_in_one_go():
         "bearings.1.position: '50 mm' is where bearings.0 is; move one",
         "bearings.1.name: 'rear' is the name of bearings.0 too",
         "bearings.0.orifices.1.offset: '25 mm' puts the orifice outside the film; write at most '19.9 mm'",
-        "bearings.0.grooves: does not go with orifices",
+        "bearings.0.grooves: orifices and injectors need a land",
         "bearings.2.points.1.cxx: '-1 N*s/m' is below the limit",
         "gas.viscosity: '0 Pa*s' must be above 0",
         "injection: missing, but there are injectors",

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 from numba.core.errors import TypingError
 
-from reynolds.jit import kernel
+from reynolds.grid import cells
+from reynolds.jit import inlined, kernel
+from reynolds.newton import find_scales
+from reynolds.residual import jacobian
 from reynolds.ring import invert_block
 from reynolds.vectors import exceed, invert_two
 
@@ -60,6 +63,21 @@ def test_kernel_that_does_not_allocate_compiles(tmp_path, monkeypatch):
     assert harmless(np.zeros(3)) == 1.0
 
 
+def test_a_building_block_that_python_calls_compiles_the_kernels_that_it_calls(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
+
+    @kernel
+    def inner(w):
+        w[0] += 1.0
+        return w[0]
+
+    @inlined
+    def outer(w):
+        return inner(w)
+
+    assert outer(np.zeros(3)) == 1.0
+
+
 @pytest.mark.parametrize("n", [2, 4, 6, 8, 12, 15, 16])
 def test_the_inverse_of_a_block_is_its_inverse_in_lanes_of_any_width(n):
     """Blocks as films and shafts have them; lanes of eight, of four and what is left over."""
@@ -84,3 +102,19 @@ def test_one_large_value_is_found_wherever_it_stands_and_no_other():
             w = np.full(n + 2, 1e-3)
             w[1 + place] = -2e-3 if place % 2 else 2e-3
             assert exceed(w, 1, n, 1e-3) == (0 <= place < n), (n, place)
+
+
+@pytest.mark.parametrize("speed", [0.0, 3e4])
+def test_rows_are_scaled_by_the_diagonal_of_the_jacobian_then_over_that_of_now(plain, speed):
+    """Uniform films of two pressures and gaps: to round-off, at rest and where the shear flow is upwind."""
+    bearing = plain(n_theta=16, n_z=8)
+    (L, w, _), F, iadt = bearing.model.build(), bearing.model.record()[0], 2e4
+    k, diagonals = cells(L), []
+    for p, h in ((1.4e5, 20e-6), (0.9e5, 7e-6)):
+        w[L.p_frozen + k], w[L.h_frozen + k] = w[L.p + k], w[L.h + k]
+        w[L.p : L.p + L.length], w[L.h : L.h + L.length] = p, h
+        jacobian.py_func(w, F, L, speed * F.radius, iadt)
+        diagonals.append(w[L.diag + k] / w[L.weight + k])
+    find_scales(w, F, L, speed * F.radius, iadt)
+    whole = w[L.weight + k] == 1.0
+    assert w[L.scale + k][whole] == pytest.approx((diagonals[0] / diagonals[1])[whole], rel=1e-12)

@@ -1,5 +1,6 @@
 """Sleeves with lobes, steps, grooves and foil: closed forms, an independent solver, orders, coefficients."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -76,12 +77,14 @@ HOLES = tuple(
 )
 SUPPLY = 0.3e6
 FED = {
-    "foil": Foil(2e10),
-    "foil with loss": Foil(2e10, 0.3),
-    "strips": Foil(1e10, bumps="strips"),
-    "strips with loss": Foil(1e10, 0.3, bumps="strips"),
+    "foil": Sleeve(foil=Foil(2e10)),
+    "foil with loss": Sleeve(foil=Foil(2e10, 0.3)),
+    "strips": Sleeve(foil=Foil(1e10, bumps="strips")),
+    "strips with loss": Sleeve(foil=Foil(1e10, 0.3, bumps="strips")),
+    "grooves": Sleeve(grooves=Grooves(10e-6, 0.5, 0.5, land=0.014)),
+    "grooved journal": Sleeve(grooves=Grooves(10e-6, 0.5, 0.5, land=0.014, on="journal")),
 }
-"""Foils with orifices in them, which the film of 20 um bends by some 8 um."""
+"""Foils with orifices in them, which the film of 20 um bends by some 8 um, and grooves next to a fed land."""
 
 
 @pytest.mark.parametrize("bumps", ["points", "strips"])
@@ -108,12 +111,13 @@ def test_a_foil_fed_by_the_orifices_of_a_machine_file_has_the_flow_and_force_of_
 
 
 @pytest.mark.parametrize("name", FED)
-def test_what_feeds_a_foil_leaves_at_its_edges_and_its_stiffness_is_that_of_the_steady_force(name):
+def test_what_feeds_a_film_leaves_at_its_edges_and_its_stiffness_is_that_of_the_steady_force(name):
     """The curtain of an orifice in a foil grows as the pressure bends it, by a tenth of the flow and more."""
-    one = bearing(Sleeve(foil=FED[name]), injectors=HOLES)
+    one = bearing(FED[name], injectors=HOLES)
     film = one.steady(JOURNAL, SPEED, SUPPLY)
     assert film.edge_flow == pytest.approx(film.mass_flow.sum(), rel=1e-10)
-    assert film.mass_flow.sum() > 1.1 * bearing(injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY).mass_flow.sum()
+    plain = bearing(injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY).mass_flow.sum()
+    assert film.mass_flow.sum() > (1.1 if FED[name].foil else 1.0) * plain
     K = one.coefficients(JOURNAL, SPEED, supply_pressure=SUPPLY).K[0]
     step, moved = 5e-9, np.zeros((2, 2))
     for axis, e in enumerate(np.eye(2) * step):
@@ -122,9 +126,9 @@ def test_what_feeds_a_foil_leaves_at_its_edges_and_its_stiffness_is_that_of_the_
     np.testing.assert_allclose(K, moved, atol=1e-6 * np.abs(K).max())
 
 
-@pytest.mark.parametrize("name", ["foil with loss", "strips with loss"])
-def test_a_fed_foil_answers_a_small_vibration_as_its_dynamic_stiffness_and_keeps_its_mass(name):
-    one, omega, amplitude, steps = bearing(Sleeve(foil=FED[name]), 16, 8, injectors=HOLES), 2 * np.pi * 300, 20e-9, 80
+@pytest.mark.parametrize("name", ["foil with loss", "strips with loss", "grooves", "grooved journal"])
+def test_a_fed_film_answers_a_small_vibration_as_its_dynamic_stiffness_and_keeps_its_mass(name):
+    one, omega, amplitude, steps = bearing(FED[name], 16, 8, injectors=HOLES), 2 * np.pi * 300, 20e-9, 80
     answer, period = one.coefficients(JOURNAL, SPEED, omega, SUPPLY), 2 * np.pi / omega
     march = one.march(
         lambda t: (JOURNAL[0] + amplitude * np.sin(omega * t), JOURNAL[1]), 4 * period, period / steps, SPEED, SUPPLY,
@@ -135,6 +139,22 @@ def test_a_fed_foil_answers_a_small_vibration_as_its_dynamic_stiffness_and_keeps
     expected = answer.K[0, :, 0] + 1j * omega * answer.C[0, :, 0]
     np.testing.assert_allclose(Z, expected, atol=1e-3 * np.abs(expected).max())
     assert march.mass_defect < 1e-12
+
+
+def test_a_film_with_grooves_and_a_fed_land_converges_in_the_second_order_to_that_of_vanishing_grooves():
+    """The fed plain film, within the 6e-4 by which the two schemes differ on 32 lines."""
+    films = [bearing(FED["grooves"], n, n // 2, injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY) for n in (32, 64, 128)]
+    coarse, fine = (np.linalg.norm(b.force - a.force) for a, b in pairwise(films))
+    assert np.log2(coarse / fine) > 1.8
+    plain = bearing(injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY)
+    shallow = [
+        bearing(Sleeve(grooves=Grooves(depth, 0.5, 0.5, land=0.014)), injectors=HOLES).steady(JOURNAL, SPEED, SUPPLY)
+        for depth in (1e-9, 1e-8)
+    ]
+    near = np.linalg.norm(shallow[0].force - plain.force) / np.linalg.norm(plain.force)
+    assert near < 6e-4
+    assert shallow[0].mass_flow.sum() == pytest.approx(plain.mass_flow.sum(), rel=1e-4)
+    assert np.linalg.norm(shallow[1].force - shallow[0].force) < 2e-3 * np.linalg.norm(plain.force)
 
 
 @pytest.mark.parametrize("name", ["lobes", "steps", "grooves", "foil", "strips"])
@@ -434,8 +454,9 @@ def test_fast_films_agree_with_the_independent_solver(given, number):
 def test_forms_that_do_not_fit_are_refused():
     with pytest.raises(FilmError, match="lobes: count must be at least 1"):
         Lobes(0, 0.5)
-    injector = Injector(angle=0.0, open_area=1e-8, orifice_diameter=1e-3, curtain_discharge=0.8, plenum_volume=1e-9)
-    with refused(FilmError, "injectors"):
-        bearing(FORMS["grooves"], injectors=(injector,)).steady()
+    for form, offset in (("grooves", 4.9e-3), ("grooved journal", 0.0), ("spiral", 0.0)):
+        with refused(FilmError, "injectors"):
+            bearing(FORMS[form], injectors=(replace(HOLES[0], offset=offset),)).steady()
+    assert bearing(FORMS["grooves"], injectors=(replace(HOLES[0], offset=4.8e-3),)).steady().mass_flow.shape == (1,)
     with pytest.raises(FilmError, match="a spiral is not symmetric"):
         bearing(FORMS["spiral"], symmetric=True).steady()

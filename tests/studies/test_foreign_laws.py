@@ -9,6 +9,7 @@ import pytest
 from studies.benchmarks.foreign_laws import (
     DISC_NODES,
     FLOOR,
+    FORCE_LINES,
     HIGHEST,
     LAWS,
     PAIRS,
@@ -20,8 +21,11 @@ from studies.benchmarks.foreign_laws import (
     drawn,
     drawn_pair,
     excitation,
+    in_lines,
+    in_time,
     judged,
     machine_of_laws,
+    nonlinear,
     points,
     receptance,
     repeated,
@@ -79,6 +83,22 @@ def test_two_laws_at_once_are_the_rotor_with_both_of_them(two, place):
     there = np.linalg.solve(np.eye(4) + H[:, 2:, 4:] @ Z, np.einsum("lij,lj->li", H[:, 2:, :4], f)[:, :, None])
     expected = np.einsum("lij,lj->li", H[:, :2, :4], f) - (H[:, :2, 4:] @ Z @ there)[:, :, 0]
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-12)
+
+
+def test_steep_friction_next_to_a_cubic_force_has_a_periodic_motion():
+    """At half the force simple steps go to and fro for ever; the motion found obeys both laws, moment by moment."""
+    case = drawn_pair("cubic and dry", 2)
+    lines, known, speed = np.arange(0.0, HIGHEST, 1 / PERIOD), {}, 2 * np.pi * 16
+    repeated(case, 16, 0.5, case.size, known)
+    held = excitation(case.rig, 16, 0.5, lines)
+    held[np.isin(lines, FORCE_LINES), :2] *= (np.sinc(lines / 5000) * np.exp(-1j * np.pi * lines / 5000))[
+        np.isin(lines, FORCE_LINES), None]  # fmt: skip
+    there, inner = np.einsum("lij,lj->li", known[16][:, 2:, :4], held), known[16][:, 2:, 4:]
+    force = nonlinear(case.acting, there, inner, lines, speed)
+    moved = there + np.einsum("lij,lj->li", inner, force)
+    u, v = in_time(moved[:, :2]), in_time(2j * np.pi * lines[:, None] * moved[:, 2:])
+    for own, expected in ((force[:, :2], -case.size * u**3), (force[:, 2:], -case.other.size * np.tanh(v / 3e-5))):
+        np.testing.assert_allclose(own, in_lines(expected, len(lines)), atol=1e-7 * np.abs(force).max())
 
 
 @pytest.mark.parametrize(("name", "factor"), [("dry", 1.0), ("moving unbalance", 1.0), ("dry", 1 / 3)])

@@ -41,6 +41,13 @@ def test_a_case_is_compared_with_the_fastest_of_its_processors_last_lines(histor
     assert history.slower(a_line(1.2, "new"), before + [a_line(1.2, f"d{k}") for k in range(3)]) == {}
 
 
+def test_a_line_names_the_vectors_that_its_code_fills(history, monkeypatch):
+    """A kind of processor that is named without its features keeps those of the computer."""
+    own = history.vector_bits()
+    monkeypatch.setattr(history.numba.config, "CPU_NAME", "x86-64-v3")
+    assert own in (128, 256, 512) and history.processor().endswith(f"(x86-64-v3, {own} bits)")
+
+
 def test_the_references_arithmetic_never_changes():
     """Values of its first day; another reference needs another history."""
     w = workspace()

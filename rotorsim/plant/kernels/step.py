@@ -254,16 +254,22 @@ def settle_journal(w, f):
 
 @inlined
 def contacts_agree(w, P, speed, adt):
-    """Whether every contact is as it was linearised: it moved less than the tolerance, or is open still."""
+    """Whether every contact is as it was linearised: it moved less than the tolerance, or is open still.
+
+    A foil bends with the film's pressure, which the linearised contact leaves out: it is to press as it was assumed to.
+    """
     for f in range(ROTOR.n_films):
         v, s = film_part(w, f), ROTOR.journal_before + 2 * f
-        if w[ROTOR.contact + f] != 0.0:
-            moved = abs(v[FILM.journal] - w[s]) + abs(v[FILM.journal + 1] - w[s + 1])
-            if not moved < P.tolerance * film_constants(P, f).clearance:
-                return False
-        else:
+        x, y, allowed = v[FILM.journal], v[FILM.journal + 1], P.tolerance * film_constants(P, f).clearance
+        closed = w[ROTOR.contact + f] != 0.0
+        if closed and not abs(x - w[s]) + abs(y - w[s + 1]) < allowed:
+            return False
+        if FILM.foil == 1 or not closed:
             fx, fy, _, _, _, _, _ = touch(w, P, f, speed, adt)
-            if fx != 0.0 or fy != 0.0:
+            k, g = ROTOR.contact_k + 4 * f, ROTOR.contact_push + 2 * f
+            missed_x = fx - (w[g] - (w[k] * x + w[k + 1] * y))
+            missed_y = fy - (w[g + 1] - (w[k + 2] * x + w[k + 3] * y))
+            if not abs(missed_x) + abs(missed_y) <= allowed * (abs(w[k]) + abs(w[k + 3])):
                 return False
     return True
 
@@ -309,14 +315,16 @@ def give_up(w, P, speed, adt):
 def lead_journals(w, P):
     """Journals where films that keep the mass in every cell take them, each by a step of Newton's method."""
     n = 2 * ROTOR.n_films
+    # both are free until the contacts are linearised
+    before, spring = ROTOR.journal_before, ROTOR.contact_k
     for f in range(ROTOR.n_films):
-        v, s, k = film_part(w, f), ROTOR.journal_before + 2 * f, ROTOR.contact_k + 4 * f
+        v, s, k = film_part(w, f), before + 2 * f, spring + 4 * f
         w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
         w[k], w[k + 1], w[k + 2], w[k + 3] = gas_spring(v, film_constants(P, f), FILM)
     guess_journals(w)
     for f in range(ROTOR.n_films):
         if w[ROTOR.contact + f] == 0.0:
-            v, s, k = film_part(w, f), ROTOR.journal_before + 2 * f, ROTOR.contact_k + 4 * f
+            v, s, k = film_part(w, f), before + 2 * f, spring + 4 * f
             a = ROTOR.compliance + n * 2 * f + 2 * f
             b = a + n
             xx, xy = 1.0 - (w[a] * w[k] + w[a + 1] * w[k + 1]), -(w[a] * w[k + 2] + w[a + 1] * w[k + 3])
@@ -367,7 +375,7 @@ def solve_stage(w, ix, P, stage, speed, adt):
             return give_up(w, P, speed, adt)
         agreed = RIG.n_contact == 0 or contacts_agree(w, P, speed, adt)
         if not agreed and room_left(w, FILM.convergence) < 1.0:
-            cut_short(w, FILM.convergence, journals_moved(w, P))
+            cut_short(w, FILM.convergence, max(journals_moved(w, P), P.tolerance))
         if w[FILM.convergence + CUT] > TRUST:
             hold_films(w, P, speed, adt)
         if agreed or w[FILM.convergence + CUT] > 0.0:
