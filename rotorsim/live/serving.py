@@ -30,6 +30,8 @@ from threading import Event
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs
 
+import orjson
+
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import Interrupt
 from rotorsim.machine import Machine, load_machine
@@ -269,7 +271,6 @@ def bare_application() -> Any:
 
 def reply(content: Any) -> Any:
     """Response of plain data, which no browser keeps."""
-    import orjson
     from fastapi import Response
 
     return Response(orjson.dumps(content), media_type="application/json", headers={"cache-control": "no-store"})

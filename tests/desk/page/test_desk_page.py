@@ -137,20 +137,20 @@ def test_a_value_is_answered_while_it_is_typed_and_a_refused_one_keeps_the_last_
     assert table(page, "campbell") == before and shapes(page) == drawn
 
 
-LATE = """() => {
+LATE = """(after) => {
   const own = window.fetch;
   window.fetch = async (path, ...rest) => {
     const answer = await own(path, ...rest);
-    if (path === "desk" && rest.length) await new Promise((next) => setTimeout(next, 400));
+    if (path === "desk" && rest.length) await new Promise((next) => setTimeout(next, after));
     return answer;
   };
 }"""
-"""Answers to acts come late."""
+"""Answers to acts come so many ms late."""
 
 
 def test_what_is_typed_before_the_answer_to_an_earlier_keystroke_stays(desk_of):
     page = desk_of("plain_rotor")
-    page.evaluate(LATE)
+    page.evaluate(LATE, 400)
     for text, wrong in (("4.25", "false"), ("3.9b", "true"), ("3.875", "false")):
         mass = field(page, "discs.0.mass")
         mass.fill("")
@@ -166,7 +166,7 @@ def test_what_is_typed_before_the_answer_to_an_earlier_keystroke_stays(desk_of):
 
 def test_what_is_typed_last_is_kept_where_the_page_is_left_at_once(desk_of):
     page = desk_of("plain_rotor")
-    page.evaluate(LATE)
+    page.evaluate(LATE, 10000)
     mass = field(page, "discs.0.mass")
     mass.fill("")
     mass.press_sequentially("4.25")
