@@ -58,8 +58,8 @@ class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
     `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
-    be written next to it, `kept` the text of a design A with which this one is compared. Texts before and after come
-    with whether the step to them exchanges this design and A.
+    be written next to it, `left` what was written there, `kept` the text of a design A with which this one is compared.
+    Texts before and after come with whether the step to them exchanges this design and A.
     """
 
     text: str
@@ -72,6 +72,7 @@ class Design:
     after: list[tuple[str, bool]] = field(default_factory=list)
     burst: tuple[str, str] = ("", "")
     unkept: str = ""
+    left: str | None = None
     kept: str = ""
 
     def __post_init__(self) -> None:
@@ -298,12 +299,15 @@ class Design:
             return
         try:
             write_text(self.unsaved, text)
+            self.left = text
         except OSError as error:  # the edit itself is taken
             self.unkept = str(error)
 
     def _forget_edits(self) -> None:
+        """Take the edits next to the file away, but for those of another desk."""
         with suppress(OSError):
-            self.unsaved.unlink(missing_ok=True)
+            if _on_disk(self.unsaved) == self.left:
+                self.unsaved.unlink(missing_ok=True)
 
 
 def open_design(name: str | Path, folder: str | Path = ".") -> Design:

@@ -507,7 +507,8 @@ def _margins(found: SweepResult, why: Sequence[str]) -> list[str]:
         lines = [f"At {', '.join(stable)} no mode grows up to {top:g} rpm{above}; faster was not searched."]
     lines += [
         f"{'Elsewhere the' if stable and name == 'onset' else 'The'} {name} is highest, "
-        + f"{cells((one['value'],))[0]} {one['unit'].removesuffix('1')}".strip() + f", at {', '.join(one['at'].values())}."
+        + f"{cells((one['value'],))[0]} {one['unit'].removesuffix('1')}".strip()
+        + f", at {', '.join(one['at'].values())}."
         for name, one in found.best.items()
     ]  # fmt: skip
     return [*lines, f"At {', '.join(fallen)} the film does not carry the rotor."] if fallen else lines

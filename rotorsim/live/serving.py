@@ -30,6 +30,8 @@ from threading import Event
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qs
 
+import orjson
+
 from rotorsim.base.errors import DataError
 from rotorsim.base.interrupt import Interrupt
 from rotorsim.machine import Machine, load_machine
@@ -152,8 +154,8 @@ async def _welcome(send: Send, cookie: str, method: str) -> None:
     headers = [(b"content-type", b"text/html; charset=utf-8"), (b"set-cookie", cookie.encode())]
     headers += [(b"cache-control", b"no-store"), (b"referrer-policy", b"no-referrer")]
     await send({"type": "http.response.start", "status": 200, "headers": headers})
-    body = b"" if method == "HEAD" else b'<meta name="color-scheme" content="light dark"><meta http-equiv="refresh" content="0; url=/">\n'
-    await send({"type": "http.response.body", "body": body})
+    page = b'<meta name="color-scheme" content="light dark"><meta http-equiv="refresh" content="0; url=/">\n'
+    await send({"type": "http.response.body", "body": b"" if method == "HEAD" else page})
 
 
 async def _answer(send: Send, status: int, sentence: str) -> None:
@@ -269,7 +271,6 @@ def bare_application() -> Any:
 
 def reply(content: Any) -> Any:
     """Response of plain data, which no browser keeps."""
-    import orjson
     from fastapi import Response
 
     return Response(orjson.dumps(content), media_type="application/json", headers={"cache-control": "no-store"})

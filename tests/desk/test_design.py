@@ -134,6 +134,18 @@ def test_edits_of_one_field_are_one_step_of_undo_and_those_of_two_are_two(design
     assert design.text == design.disk
 
 
+def test_of_two_desks_on_one_file_the_second_is_asked_and_its_edits_stay(design):
+    other = open_design(design.path)
+    design.set("discs.0.mass", "5")
+    other.set("discs.0.mass", "6")
+    design.save()
+    with pytest.raises(FileChangedError) as error:
+        other.save()
+    assert error.value.value == str(design.path) and unsaved_edits(design) == other.text
+    other.save(anyway=True)
+    assert unsaved_edits(other) is None and not other.unsaved.exists() and design.changed_on_disk()
+
+
 def test_edits_are_kept_next_to_the_file_until_they_are_saved_or_undone(design):
     design.set("discs.0.mass", "5")
     assert design.unsaved.read_text() == design.text and design.path.read_text() == design.disk

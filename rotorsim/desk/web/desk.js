@@ -6,7 +6,7 @@ const WINDOW = Math.random().toString(36).slice(2);
 const CALM = 450; // ms without an edit after which films are asked for
 const LOOK = 2000; // ms between two looks at the file and at what other windows did
 const STORED = "rotorsim-desk-"; // names of what a browser keeps of the panels
-const post = (path, content) => fetch(path, { method: "POST", body: JSON.stringify(content), headers: { "content-type": "application/json" } });
+const post = (path, content, keepalive = false) => fetch(path, { method: "POST", body: JSON.stringify(content), headers: { "content-type": "application/json" }, keepalive });
 
 export default {
   template: `<div class="desk">
@@ -149,6 +149,8 @@ export default {
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     this.keys = (event) => this.shortcut(event);
     window.addEventListener("keydown", this.keys);
+    this.leave = () => { for (const next of this.acts.splice(0)) navigator.sendBeacon("desk", JSON.stringify(next)); }; // what still waits
+    window.addEventListener("pagehide", this.leave);
     window.deskTimes = [];
     this.take(await (await fetch("desk")).json());
     this.timer = setInterval(() => this.look(), LOOK);
@@ -158,6 +160,7 @@ export default {
     clearInterval(this.timer);
     this.shape.end();
     window.removeEventListener("keydown", this.keys);
+    window.removeEventListener("pagehide", this.leave);
     for (const one of [this.watch, this.sizes, this.theme]) one.disconnect();
   },
   methods: {
@@ -170,7 +173,7 @@ export default {
       this.acting = true;
       while (this.acts.length) {
         try {
-          const sent = this.acts.shift(), answer = await (await post("desk", sent)).json();
+          const sent = this.acts.shift(), answer = await (await post("desk", sent, sent.act === "set")).json();
           this.over = "";
           this.came(sent, answer);
         } catch {

@@ -137,19 +137,20 @@ def test_a_value_is_answered_while_it_is_typed_and_a_refused_one_keeps_the_last_
     assert table(page, "campbell") == before and shapes(page) == drawn
 
 
-LATE = """() => {
+LATE = """(after) => {
   const own = window.fetch;
   window.fetch = async (path, ...rest) => {
-    if (path === "desk" && rest.length) await new Promise((next) => setTimeout(next, 400));
-    return own(path, ...rest);
+    const answer = await own(path, ...rest);
+    if (path === "desk" && rest.length) await new Promise((next) => setTimeout(next, after));
+    return answer;
   };
 }"""
-"""Acts reach the server late."""
+"""Answers to acts come so many ms late."""
 
 
 def test_what_is_typed_before_the_answer_to_an_earlier_keystroke_stays(desk_of):
     page = desk_of("plain_rotor")
-    page.evaluate(LATE)
+    page.evaluate(LATE, 400)
     for text, wrong in (("4.25", "false"), ("3.9b", "true"), ("3.875", "false")):
         mass = field(page, "discs.0.mass")
         mass.fill("")
@@ -161,6 +162,17 @@ def test_what_is_typed_before_the_answer_to_an_earlier_keystroke_stays(desk_of):
     page.keyboard.press("Control+s")
     expect(page.locator("[data-saved]")).to_have_text("saved")
     assert load_machine(page.file).discs[0].mass == 3.875
+
+
+def test_what_is_typed_last_is_kept_where_the_page_is_left_at_once(desk_of):
+    page = desk_of("plain_rotor")
+    page.evaluate(LATE, 10000)
+    mass = field(page, "discs.0.mass")
+    mass.fill("")
+    mass.press_sequentially("4.25")
+    page.goto("about:blank")
+    kept = page.file.with_name("rotor.toml.edits")
+    until(page, lambda text: '"4.25 kg"' in text, asked=lambda page: kept.read_text() if kept.exists() else "")
 
 
 def test_two_hundred_random_edits_are_undone_on_the_page_to_the_byte(desk_of):
@@ -358,7 +370,8 @@ CONTRAST = """() => {
     }
     return document.body.classList.contains("body--dark") ? [18, 18, 18] : [255, 255, 255];
   };
-  const seen = [...document.querySelectorAll(".desk *, .live-head *")].filter((one) => one.checkVisibility() && !one.disabled &&
+  const texts = [...document.querySelectorAll(".desk *, .live-head *")];
+  const seen = texts.filter((one) => one.checkVisibility() && !one.disabled &&
     !one.closest("svg") && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));
   return seen.map((one) => {
     const [a, b] = [light(parts(getComputedStyle(one).color)), light(behind(one))];
