@@ -278,9 +278,6 @@ class EffectSearch:
         columns = {f.label: self.columns[f.label] for f in forms}
         left = h.excess - self.unsteady
         found = EffectSearch(self.comparison, self.held_out, h.fit, forms, columns, left, h.held_out, self.progress)
-        if self.nominal is not None:
-            own = h.fit.J[:, len(self.base.parameters) :]
-            found.nominal = replace(h.fit, J=np.hstack([self.nominal.J, own]))
         if self.before is not None and strained(h.fit):
             base = self._from_file(h.fit, self.before.base.J)
             columns = {f.label: self.before.columns[f.label] for f in forms}
@@ -410,17 +407,19 @@ class EffectSearch:
     def _closer(self, h: Hypothesis) -> Hypothesis:
         """A hypothesis fitted on with new sensitivities as long as that helps.
 
-        Where a misfit is shown, it ends too once the rounds that are left, each as good as the last, would not bring it
-        to the calibration's cost.
+        Where a misfit is shown, it ends too after two rounds running from which the rounds that are left, each as good,
+        would not bring it to the calibration's cost.
         """
-        shown = self.base_excess > 0
+        shown, was_slow = self.base_excess > 0, False
         for left in reversed(range(MOST_ROUNDS)):
             if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
-            fall = h.fit.cost / last
-            if fall > 0.95 or (shown and h.fit.cost * fall**left > self.base.cost):
+            share = h.fit.cost / last
+            slow = shown and h.fit.cost * share**left > self.base.cost
+            if share > 0.95 or (slow and was_slow):
                 break
+            was_slow = slow
         return h
 
     def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
