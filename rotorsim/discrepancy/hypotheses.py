@@ -415,7 +415,7 @@ class EffectSearch:
             if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
-            share = h.fit.cost / last
+            share = h.fit.cost / max(last, 1e-300)
             slow = shown and h.fit.cost * share**left > self.base.cost
             if share > 0.95 or (slow and was_slow):
                 break
