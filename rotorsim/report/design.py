@@ -223,8 +223,8 @@ def _unbalances(review: DesignReview) -> Block:
                          _known(np.nanmax(sizes[within], initial=-np.inf)),
                          _known(review.scales.get(case.name, np.nan))))  # fmt: skip
     text = (
-        "Motion over the speed. Shaded: grey the operating speeds"
-        f"{'' if steady.all() else '; in colour a mode grows, and no response is steady'}. The scale brings the worst "
+        "Motion over the speed. Shaded green: the operating speeds"
+        f"{'' if steady.all() else '; red: a mode grows, and no response is steady'}. The scale brings the worst "
         f"probe at the operating speeds to Avl. Looked at up to {at[-1] * TO_RPM:.0f} rpm: a largest motion there may "
         "be the foot of a peak beyond."
     )

@@ -136,7 +136,6 @@ def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged
     assert bool(rounds) == goes_on
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("costs", "excess", "end"),
     [
@@ -154,6 +153,7 @@ def test_a_hypothesis_is_fitted_on_while_it_may_reach_the_calibration(costs, exc
     assert EffectSearch._closer(began, scripted[0]).fit.cost == end
 
 
+@pytest.mark.slow
 def test_an_exponent_of_the_discharge_that_all_coefficients_together_take_up_is_named():
     """Nothing is flagged then, and pins and actuators are calibrated to three to six standard deviations."""
     rig = load_machine("dtu_gas_bearing")
