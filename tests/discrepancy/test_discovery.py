@@ -728,7 +728,7 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=()):
 
 @pytest.mark.parametrize("drifts", ["dry", "cubic"])
 def test_a_law_that_a_drift_explains_is_no_candidate_and_the_next_one_is(drifts, monkeypatch):
-    """Of two laws the plant takes the one that is left, whichever the linear model put first."""
+    """The plant takes the law that is left, whichever of two the linear model put first."""
     laws, tried = [law_of("dry"), law_of("cubic")], list[str]()
 
     def candidates_of(own, twin):
