@@ -138,13 +138,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import (
-    StochasticForce,
-    by_chance,
-    fall_next_to_drift,
-    repeating,
-    what_does_not_repeat,
-)
+from rotorsim.discrepancy.stochastic import NotRepeated, repeating
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -182,7 +176,7 @@ FAINT = "no group of lines is beyond the floor by itself; the effect shows in al
 SEEN_FROM = (
     "these records would have shown each of these forms, alone in the machine and wherever it acts, from about these "
     "sizes on; smaller ones may be there, larger ones too of another form (a stop on one side is no rub all round) or "
-    "two together, and 'never' is what the calibration takes up: {}"
+    "two together, and 'never' is what the calibration takes up. The smallest share of a usual size comes first: {}"
 )
 """Note on what the records could show."""
 MOST_SEEN = 6
@@ -387,11 +381,6 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
     return kept, [sentence]
 
 
-def _priced(law: ProposedLaw) -> float:
-    """Sum of squares that a law leaves, and the price of its coefficients."""
-    return law.cost + PRICE * len(law.coefficients)
-
-
 def _going_with(law: ProposedLaw, fit: ParameterFit) -> ParameterPoint:
     """Point of the calibration that goes with a law, within its limits."""
     return fit.point.moved(fit.parameters, within(fit.parameters, fit.vector + law.moved) - fit.vector)
@@ -591,7 +580,8 @@ class DiagnosisRun:
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
         group of lines shows a name or a calibration. A verdict that no group shows, and a tie that leaves groups beyond
         the floor where it was not fitted, are not given where such a law is not borne out, nor peace where a constant
-        force is there. What does not repeat is the verdict where nothing else is open, and else a note.
+        force is there. What does not repeat is the verdict where nothing else is open, and else a note; so is a random
+        force next to a drift.
         """
         status = judgement.verdict.status
         lacking = cannot_tell(self.fitted.trials) if self.machine.film is None else OF_FILM
@@ -608,8 +598,8 @@ class DiagnosisRun:
             base = self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
-            force = what_does_not_repeat(self.fitted, base, seen["fit"])
-            found = self._discovered(base, flags, apart, seen, own, rivals, force)
+            other = NotRepeated(base, seen["fit"])
+            found = self._discovered(base, flags, apart, seen, own, rivals, other)
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -619,15 +609,17 @@ class DiagnosisRun:
                 return None
         except NoAnswerError:
             return None
-        if force is None:
+        if not other.found:
             constant = found is None and faint
             return self._without_name(base, flags, judgement, notes) if constant else None
         refuted = bool(found) and status != "unknown"
-        if status == "partial" or refuted or repeating(self.fitted, base.residual, by_chance(force, seen["fit"])):
-            notes.append(NOT_REPEATED.format(force.sentence))
+        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.chance)
+        notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
+        if open_still:
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
-        return replace(self._result(base, flags, nothing, None, notes), status="stochastic", stochastic=force)
+        given = self._result(base, flags, nothing, None, notes)
+        return replace(given, status="stochastic", stochastic=other.found[0])
 
     def _with_shear(self, fit: ParameterFit) -> ParameterFit:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
@@ -663,7 +655,7 @@ class DiagnosisRun:
 
     def _discovered(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
-        notes: list[str], rivals: Sequence[Hypothesis], force: StochasticForce | None = None,
+        notes: list[str], rivals: Sequence[Hypothesis], other: NotRepeated,
     ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
@@ -671,20 +663,20 @@ class DiagnosisRun:
         its own.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
-        of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. So has what it
-        explains beyond a drift, as records that were made in the order of their speeds look like a law of the speed.
+        of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. Each law's has to
+        be so next to what does not repeat (`other`) too: records that were made in the order of their speeds look like
+        a law of the speed where something drifts.
         """
         laws = laws_of(seen["fit"], seen.get("held_out"), base)
-        law, known = laws[0], base.cost
-        near = self._rivals_converged(rivals) if known - _priced(law) >= CLEAR else []
-        rival = min(near, key=priced, default=None)
-        known = known if rival is None else min(known, priced(rival))
-        if known - _priced(law) < CLEAR:
+        if base.cost - laws[0].priced >= CLEAR:
+            laws = [one for one in laws if self._beyond_drift(one, other)]
+        if not laws or base.cost - laws[0].priced < CLEAR:
             return ""
-        if force is not None and force.part:
-            columns = np.column_stack([one.columns(seen["fit"], law.place) for one in law.terms])
-            if fall_next_to_drift(seen["fit"], base, force.part, columns) - PRICE * len(law.coefficients) < CLEAR:
-                return ""
+        law = laws[0]
+        rival = min(self._rivals_converged(rivals), key=priced, default=None)
+        known = base.cost if rival is None else min(base.cost, priced(rival))
+        if known - law.priced < CLEAR:
+            return ""
         if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
             return None
         if law.remembers:
@@ -727,6 +719,10 @@ class DiagnosisRun:
             discovered=law_found,
         )  # fmt: skip
 
+    def _beyond_drift(self, law: ProposedLaw, other: NotRepeated) -> bool:
+        """Whether a law explains clearly more than a drift does."""
+        return other.beyond_drift(law.columns(other.seen)) - PRICE * len(law.coefficients) >= CLEAR
+
     def _of_memory(
         self, base: ParameterFit, flags: list[Misfit], laws: Sequence[ProposedLaw], known: float, notes: list[str]
     ) -> Diagnosis | str:  # fmt: skip
@@ -752,10 +748,9 @@ class DiagnosisRun:
             [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
         )
         stated = of_remembered(list(again.values()), known, law_places(self.machine)[law.place])
-        S = np.column_stack([one.columns(parts["fit"], law.place) for one in law.terms])
         own = tuple(FitParameter(key, 1.0) for one in law.terms for key in one.parameters)
         whole = replace(fit, point=_going_with(law, fit), parameters=(*fit.parameters, *own),
-                        J=np.hstack([parts["fit"].J, S]), residual=left["fit"])  # fmt: skip
+                        J=np.hstack([parts["fit"].J, law.columns(parts["fit"])]), residual=left["fit"])  # fmt: skip
         V = covariance(whole, self.fitted.layout.record)
         return replace(
             found, status="discovered", unknown={}, gap=gap, planner=None, discovered=stated,

@@ -145,9 +145,18 @@ class ProposedLaw:
     tried: int = 1
 
     @property
+    def priced(self) -> float:
+        """Sum of squares that it leaves, and the price of each of its coefficients."""
+        return self.cost + PRICE * len(self.coefficients)
+
+    @property
     def score(self) -> float:
-        """Sum of squares over records to fit and held-out ones, and the price of each coefficient."""
-        return self.cost + self.held + PRICE * len(self.coefficients) - EQUAL * sum(one.one for one in self.terms)
+        """Priced sum of squares over records to fit and held-out ones, with the credit of equal coefficients."""
+        return self.priced + self.held - EQUAL * sum(one.one for one in self.terms)
+
+    def columns(self, seen: ObservedPlaces) -> np.ndarray:
+        """Whitened responses (n, k) to its coefficients."""
+        return np.column_stack([one.columns(seen, self.place) for one in self.terms])
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -681,12 +690,11 @@ def remembered(
         return None
     left, gone = {}, dict[str, float | None]()
     for role, seen in parts.items():
-        S = np.column_stack([one.columns(seen, law.place) for one in law.terms])
-        left[role] = seen.residual - seen.J @ law.moved - S @ law.coefficients
+        left[role] = seen.residual - seen.J @ law.moved - law.columns(seen) @ law.coefficients
         gone[role] = untouched_gone(seen.comparison, before[role], left[role])
         if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
             return None
-    clear = known - law.cost - PRICE * len(law.coefficients) > CLEAR
+    clear = known - law.priced > CLEAR
     clear &= law.left <= (1 - ENOUGH) * excess(table(parts["fit"].comparison, before["fit"]))
     held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
     return left if clear and held_up else None
@@ -703,7 +711,7 @@ def of_remembered(laws: Sequence[ProposedLaw], known: float, position: float) ->
     keys = [key for one in law.terms for key in one.parameters]
     terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
     terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
-    gain = (known - law.cost - PRICE * len(keys)) / (2 * TEMPERATURE) - math.log(law.tried)
+    gain = (known - law.priced) / (2 * TEMPERATURE) - math.log(law.tried)
     kinds = law.forms
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
     p = 1 / (1 + math.exp(-min(gain, 500.0)))
@@ -744,9 +752,9 @@ def priced(one: Hypothesis) -> float:
 
 def after_choice(odds: Sequence[Explanation], keys: Sequence[str], tried: int) -> tuple[Explanation, ...]:
     """Odds after the price of having chosen laws among so many terms and places."""
-    priced = [e.probability / (tried if set(e.effects) & set(keys) else 1) for e in odds]
-    whole = sum(priced)
-    return tuple(replace(e, probability=p / whole) for e, p in zip(odds, priced, strict=True))
+    shares = [e.probability / (tried if set(e.effects) & set(keys) else 1) for e in odds]
+    whole = sum(shares)
+    return tuple(replace(e, probability=share / whole) for e, share in zip(odds, shares, strict=True))
 
 
 @contextmanager

@@ -152,15 +152,17 @@ class EffectSearch:
     def seen_from(self) -> dict[str, str]:
         """Sizes from which the records would have shown an effect wherever it acts, with units, by key without place.
 
-        By the sensitivities that the search begins with, and the fall of the sum of squares that a name needs.
+        Those that are the smallest share of what is usual come first. By the sensitivities that the search begins with,
+        and the fall of the sum of squares that a name needs.
         """
         if not self.forms:
             return {}
         units = {form.key.partition(" of ")[0]: unit_of(form) for form in self.forms}
+        usual = {form.key.partition(" of ")[0]: form.parameters[0].prior_size for form in self.forms}
         sizes = self.screened(self.nominal).seen_from(CLEAR)
         return {
             key: show(float(f"{size:.2g}"), units[key]) if isfinite(size) else NEVER
-            for key, size in sorted(sizes.items())
+            for key, size in sorted(sizes.items(), key=lambda one: (one[1] / usual[one[0]], one[0]))
         }
 
     def update_columns(self, forms: Iterable[Form]) -> None:

@@ -11,6 +11,8 @@ records that repeat each other a number of the machine may have changed: their d
 sensitivities of one part of it. Records have no time: the steps' sizes are known, not their senses. A law is known from
 a drift by what it explains where the numbers of that part may differ from record to record.
 
+What is compared of two records is what the calibration leaves of each: their speeds may differ a little.
+
 Assumes: a force whose x and y are not related; noise that changes little within an octave. Source: Whittle (1953).
 
 Cites: whittle_1953.
@@ -20,14 +22,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 from scipy.optimize import fmin_l_bfgs_b
 
+from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, between_orders, flagged, table
-from rotorsim.discrepancy.data_vector import repeats
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.trial import Trial, one_speed
@@ -86,8 +89,6 @@ class StochasticForce:
     order: float = 0.0
     what: str = ""
     """Number of the machine that drifts."""
-    part: str = ""
-    """Beginning of the keys of what drifts."""
 
     @property
     def sentence(self) -> str:
@@ -130,11 +131,10 @@ class BlockDeviations:
         )
 
     def noise(self) -> float:
-        """Variance [m^2] of a line by the quiet half of all lines."""
-        each = np.concatenate(
-            [np.einsum("iik->k", w).real / (2 * n) for w, n in zip(self.W, self.freedom, strict=True)]
-        )
-        return float(np.median(each))
+        """Variance of a line by the quiet half of all lines, over the distance between lines [m^2/Hz]."""
+        each = [np.einsum("iik->k", w).real / (2 * n * t.frequencies[1])
+                for w, n, t in zip(self.W, self.freedom, self.trials, strict=True)]  # fmt: skip
+        return float(np.median(np.concatenate(each)))
 
     def shapes(self) -> list[np.ndarray]:
         """Straight pieces over log frequency by record (KNOTS + records, k), and ones for the record's own size."""
@@ -203,17 +203,19 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
     if not own.trials:
         return None
     quiet, every = own.noise(), [np.ones(len(k), bool) for k in own.lines]
+    apart = [t.frequencies[1] for t in own.trials]
     H = {name: [m[i].H[k] for i, k in zip(own.numbers, own.lines, strict=True)] for name, m in seen.motions.items()}
     nothing = [np.zeros((2, 2, 2, len(k))) for k in own.lines]
     shapes = own.shapes()
-    smooth = NoiseModel([np.full((2, len(k)), quiet) for k in own.lines], shapes, NOISE_FREE)
+    first = [np.full((2, len(k)), quiet * df) for k, df in zip(own.lines, apart, strict=True)]
+    smooth = NoiseModel(first, shapes, NOISE_FREE)
     silent, least, _ = smooth.fitted(own, nothing, every, np.zeros(2 + 2 * len(shapes[0])))
     order = _line_order(own, smooth.at(silent[2:]))
-    kind, chosen, width = "broadband force", every, 1.0
+    kind, chosen = "broadband force", every
     if order:
-        kind, width = "line", 2 * NEAR_LINE * own.trials[0].frequencies[1]
-        chosen = [np.abs(t.frequencies[k] - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * t.frequencies[1]
-                  for t, k in zip(own.trials, own.lines, strict=True)]  # fmt: skip
+        kind = "line"
+        chosen = [np.abs(t.frequencies[k] - order * abs(t.speed) / (2 * np.pi)) < NEAR_LINE * df
+                  for t, k, df in zip(own.trials, own.lines, apart, strict=True)]  # fmt: skip
     noise = smooth
     if order:  # the noise is that of the other lines: next to a line alone it would explain it
         silent, _, _ = smooth.fitted(own, nothing, [~one for one in chosen], silent)
@@ -222,8 +224,10 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
 
     def fitted(place: str) -> tuple[float, np.ndarray, np.ndarray]:
         """Twice the gain by a force at a place, log S (2,) and its standard deviations."""
-        outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c for h, c in zip(H[place], chosen, strict=True)]
-        scale = quiet / max(float(np.mean(np.concatenate([np.abs(o).max(axis=(0, 1, 2)) for o in outer]))), 1e-300)
+        outer = [np.einsum("kia,kja->aijk", h, h.conj()) * c * _of_a_line(df, order)
+                 for h, c, df in zip(H[place], chosen, apart, strict=True)]  # fmt: skip
+        seen_of_one = [np.abs(o).max(axis=(0, 1, 2)) / df for o, df in zip(outer, apart, strict=True)]
+        scale = quiet / max(float(np.mean(np.concatenate(seen_of_one))), 1e-300)
         tried = [noise.fitted(own, outer, chosen, np.array([s, s, *silent[2:]]), scale) for s in (-3.0, 1.0)]
         x, best, loss = min(tried, key=lambda one: one[1])
         h, bend = 0.05, np.zeros(2)
@@ -241,10 +245,15 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
     # a line leaks into its neighbours, which is not modelled
     near = max(SAME_PLACE, OF_LINE * gain) if order else SAME_PLACE
     others = tuple(name for name in fits if name != place and fits[name][0] > gain - near)
-    size = np.sqrt(np.exp(log_s) / 2 / own.trials[0].frequencies[1] * width)
+    size = np.sqrt(np.exp(log_s))
     of_size, unit = size * sd / 2, "N rms" if order else "N/sqrt(Hz)"
     return StochasticForce(kind, place, others, (float(size[0]), float(size[1])),
                            (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
+
+
+def _of_a_line(df: float, order: float) -> float:
+    """Variance [N^2] of a line, where lines are `df` [Hz] apart, by a force of size one: broadband, or at an order."""
+    return 1 / NEAR_LINE if order else 2 * df
 
 
 def by_chance(force: StochasticForce, seen: ObservedPlaces) -> np.ndarray:
@@ -257,7 +266,7 @@ def by_chance(force: StochasticForce, seen: ObservedPlaces) -> np.ndarray:
     found = np.zeros(len(comparison.measured))
     for i, m in enumerate(seen.motions.get(force.place, [])):
         trial, f = comparison.trials[i], m.frequencies
-        S = 2 * f[1] * np.square(force.size) / (2 * NEAR_LINE * f[1] if force.order else 1.0)
+        S = _of_a_line(f[1], force.order) * np.square(force.size)
         sd = np.sqrt(np.abs(m.H) ** 2 @ S / (2 * trial.blocks))
         if force.order:
             sd[np.abs(f - force.order * abs(trial.speed) / (2 * np.pi)) >= NEAR_LINE * f[1]] = 0.0
@@ -317,37 +326,73 @@ def _line_order(own: BlockDeviations, noise: Sequence[np.ndarray]) -> float:
     return float(ORDERS[best]) if scores[best] > np.log(LOUD) * len(own.trials) else 0.0
 
 
-def what_does_not_repeat(
-    comparison: TwinComparison, fit: ParameterFit, seen: ObservedPlaces
-) -> StochasticForce | None:  # fmt: skip
-    """The drift between records that is more than a random force makes by chance, else that force; None for neither."""
-    force = random_force(seen)
-    chance = np.zeros(len(comparison.measured)) if force is None else by_chance(force, seen)
-    return drift(comparison, fit, chance) or force
+@dataclass(frozen=True, eq=False)
+class NotRepeated:
+    """Force and drift that do not repeat in the records of a fit, each found when it is first asked for.
 
-
-def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> StochasticForce | None:
-    """The part of the machine whose numbers have changed between records that repeat each other; None for none.
-
-    Their means differ by the scatter between blocks, and by the standard deviations `chance` (n,) [m] of a random
-    force.
+    None where there is none, and where the search for it has no answer.
     """
-    trials, own = comparison.trials, BlockDeviations.of(comparison.trials)
-    pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if repeats(trials[i], trials[j])]
+
+    fit: ParameterFit
+    seen: ObservedPlaces
+
+    @cached_property
+    def force(self) -> StochasticForce | None:
+        """The random force."""
+        try:
+            return random_force(self.seen)
+        except NoAnswerError:
+            return None
+
+    @cached_property
+    def chance(self) -> np.ndarray:
+        """Standard deviations (n,) [m] that the random force gives the means over blocks."""
+        return np.zeros(len(self.seen.residual)) if self.force is None else by_chance(self.force, self.seen)
+
+    @cached_property
+    def drift(self) -> tuple[str, StochasticForce] | None:
+        """Beginning of the keys of the part that drifts, and the drift, which is more than the force makes by chance.
+
+        Without chance there is more of it: where it is none then the force need not be known.
+        """
+        comparison = self.seen.comparison
+        try:
+            alone = drift(comparison, self.fit, np.zeros(len(self.fit.residual)))
+            return alone and drift(comparison, self.fit, self.chance)
+        except NoAnswerError:
+            return None
+
+    @property
+    def found(self) -> tuple[StochasticForce, ...]:
+        """The drift and the random force, as far as there are any."""
+        return tuple(one for one in (self.drift and self.drift[1], self.force) if one is not None)
+
+    def beyond_drift(self, columns: np.ndarray) -> float:
+        """Fall of the sum of squares by columns (n, k) next to a drift; infinite without one."""
+        return np.inf if self.drift is None else fall_next_to_drift(self.seen, self.fit, self.drift[0], columns)
+
+
+def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> tuple[str, StochasticForce] | None:
+    """The part of the machine, by its keys, whose numbers have changed between records that repeat each other.
+
+    None for none. What a fit leaves of their means differs by the scatter between blocks, and by the standard
+    deviations `chance` (n,) [m] of a random force. Only records that begin at one angle of the shaft are compared: at
+    another one what is missing in the model turns with it, as if it had changed.
+    """
+    trials, own, same = comparison.trials, BlockDeviations.of(comparison.trials), comparison.repeated
+    pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if same[i] == same[j]]
     if not pairs or not own.trials:
         return None
-    variance = own.noise()
-    rows, steps, columns = [], [], []
-    layout = comparison.layout
+    density, left, layout = own.noise(), fit.residual * comparison.sigma, comparison.layout
+    steps, columns = [], []
     for i, j in pairs:
         at, other = (np.flatnonzero((layout.record == n) & (layout.frequency > 0)) for n in (i, j))
         if len(at) != len(other):
             continue
-        noise = variance * (1 / trials[i].blocks + 1 / trials[j].blocks) / 2
+        noise = density * trials[i].frequencies[1] * (1 / trials[i].blocks + 1 / trials[j].blocks) / 2
         sigma = np.sqrt(noise + chance[at] ** 2 + chance[other] ** 2)
-        steps.append((comparison.measured[other] - comparison.measured[at]) / sigma)
+        steps.append((left[other] - left[at]) / sigma)
         columns.append(fit.J[at] * (comparison.sigma[at] / sigma)[:, None])
-        rows.append(at)
     whole = sum(float(d @ d) for d in steps)
     count = sum(len(d) for d in steps)
     if whole < CHANGED * count and whole - count < CLEAR_GAIN + 6 * np.sqrt(2 * count):
@@ -378,9 +423,8 @@ def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> 
     size = float(np.sqrt(np.mean(step**2)))
     sd = float(np.sqrt(step**2 @ own_variance) / len(step) / size)
     what = next((word for end, word in CHANGES.items() if end in key), key)
-    return StochasticForce(
-        "drift", part_name(comparison.twin, part), others, (size, size), (sd, sd), "", gain, what=what, part=part
-    )
+    place = part_name(comparison.twin, part)
+    return part, StochasticForce("drift", place, others, (size, size), (sd, sd), "", gain, what=what)
 
 
 def fall_next_to_drift(seen: ObservedPlaces, fit: ParameterFit, part: str, columns: np.ndarray) -> float:

@@ -31,6 +31,8 @@ SAME_PLACE = 1e-6
 
 MOVE_HOUSING = ("pedestal", "base_vibration")
 """Effects in which the housing moves."""
+OTHER_PLACES = {f"the {place}": f"the {place}" for place in ("left end", "right end", "plane of the probes", "shaft")}
+"""Places that a sentence names where neither a disc nor a bearing is."""
 Problems = Iterator[tuple[str, str]]
 
 
@@ -53,6 +55,7 @@ def further(machine: MachineTables) -> Iterator[Problems]:
     yield _bearings_apart(machine)
     for list_name in ("bearings", "discs", "thrust_bearings"):
         yield _names(machine, list_name)
+    yield _disc_names(machine)
     yield _axial(machine)
     for check in (_floor, _thin, _reach, _offsets, _one_law):
         yield check(machine)
@@ -100,6 +103,16 @@ def _names(machine: MachineTables, where: str) -> Problems:
     for i, name in enumerate(names):
         if name is not None and name in names[:i]:
             yield f"{where}.{i}.name", f"'{name}' is the name of {where}.{names.index(name)} too; give each its own"
+
+
+def _disc_names(machine: MachineTables) -> Problems:
+    """No disc has the name that a sentence has for another place."""
+    discs, bearings = ([getattr(part, "name", None) for part in own] for own in (machine.discs, machine.bearings))
+    taken = {f"the bearing {name}" if name else f"bearing {i}": f"bearings.{i}" for i, name in enumerate(bearings)}
+    taken |= {f"disc {i}": f"discs.{i}" for i, name in enumerate(discs) if not name} | OTHER_PLACES
+    for i, name in enumerate(discs):
+        if name in taken:
+            yield f"discs.{i}.name", f"'{name}' is what a sentence calls {taken[name]}; give the disc another name"
 
 
 def _axial(machine: MachineTables) -> Problems:

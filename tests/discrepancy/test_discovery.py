@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.base.errors import DataError
+from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.base.units import RIG_SAMPLE
-from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter, ParameterPoint
+from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
@@ -46,6 +46,7 @@ from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.stochastic import (
     BlockDeviations,
     NoiseModel,
+    NotRepeated,
     StochasticForce,
     by_chance,
     drift,
@@ -304,22 +305,29 @@ def test_records_that_cannot_tell_a_law_state_what_to_record(speeds, amplitudes,
 
 
 def scattered(
-    size: float, place: str, order: float = 0.0, colour: float = 0.0, wander: float = 0.0, loud: float = 0.0
+    size: float, place: str, order: float = 0.0, colour: float = 0.0, wander: float = 0.0, loud: float = 0.0,
+    apart: tuple[float, float, float] = (2.0, 2.0, 2.0),
 ) -> SimpleNamespace:  # fmt: skip
     """Records of white noise with a random force of a size at a place, one of two with resonances of their own.
 
     With an order it lies at that share of the speed alone. The noise's amplitude rises with a power, its `colour`, of
     1/f below 30 Hz, and by a share, `loud`, from record to record; one line next to each order is that of a speed
-    that wanders, of a size [m].
+    that wanders, of a size [m]. Lines of the records are `apart` [Hz]; the size is that of a line 2 Hz wide.
     """
-    rng, f = np.random.default_rng(3), np.arange(0.0, 150.0, 2.0)
-    H = {name: (1e-6 / (1 - (f / f0) ** 2 + 0.05j * f / f0))[:, None, None] * np.eye(2)
-         for name, f0 in (("a", 40.0), ("b", 90.0))}  # fmt: skip
-    trials, motions = [], {name: [] for name in H}
-    for speed in (100.0, 150.0, 210.0):
-        f_random = size * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f)))) / np.sqrt(2)
+    rng, resonances = np.random.default_rng(3), {"a": 40.0, "b": 90.0}
+    trials, motions = [], {name: [] for name in resonances}
+    for speed, df in zip((100.0, 150.0, 210.0), apart, strict=True):
+        f = np.arange(0.0, 150.0, df)
+        H = {name: (1e-6 / (1 - (f / f0) ** 2 + 0.05j * f / f0))[:, None, None] * np.eye(2)
+             for name, f0 in resonances.items()}  # fmt: skip
+        f_random = (
+            np.sqrt(df / 2)
+            * size
+            * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
+            / np.sqrt(2)
+        )
         f_random *= np.abs(f - order * speed / (2 * np.pi)) < 1.1 if order else 1.0
-        noise = 1e-8 * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
+        noise = np.sqrt(df / 2) * 1e-8 * (rng.normal(size=(4, 2, len(f))) + 1j * rng.normal(size=(4, 2, len(f))))
         noise *= np.maximum(30.0 / np.maximum(f, 2.0), 1.0) ** colour * (1 + loud * len(trials))
         turns = speed / (2 * np.pi)
         sidebands = np.abs(f - np.maximum(np.round(f / turns), 1.0) * turns) < 1.49 * f[1]
@@ -336,6 +344,14 @@ def scattered(
 def test_a_random_force_is_found_at_its_place_by_the_resonances_that_it_excites(place):
     found = random_force(scattered(0.05, place))
     assert (found.kind, found.place, found.others) == ("broadband force", place, ())
+    assert found.size == pytest.approx((0.05 / np.sqrt(2 * 2.0),) * 2, rel=0.15)
+
+
+@pytest.mark.parametrize("apart", [(2.0, 1.0, 0.5), (0.5, 1.0, 2.0)])
+def test_the_size_of_a_random_force_does_not_depend_on_which_record_comes_first(apart):
+    """It is a spectrum: a line of blocks of two seconds has a quarter of what one of blocks of half a second has."""
+    found = random_force(scattered(0.05, "a", apart=apart))
+    assert (found.kind, found.place) == ("broadband force", "a")
     assert found.size == pytest.approx((0.05 / np.sqrt(2 * 2.0),) * 2, rel=0.15)
 
 
@@ -448,20 +464,100 @@ def test_what_a_random_force_makes_of_records_by_chance_is_no_drift(chance, foun
     """Records that repeat each other differ by 0.4 um along what a stiffness does, in noise of 0.01 um."""
     room, rng = "rotorsim.discrepancy.stochastic", np.random.default_rng(5)
     layout = SimpleNamespace(record=np.repeat([0, 1], 200), frequency=np.ones(400))
-    trials, column = [SimpleNamespace(blocks=4)] * 2, rng.normal(size=200)
-    measured = 1e-8 * rng.normal(size=400) + 4e-7 * np.concatenate([0 * column, column])
-    comparison = SimpleNamespace(trials=trials, layout=layout, measured=measured, sigma=np.full(400, 1e-8), twin=None)
+    trials, column = [SimpleNamespace(blocks=4, frequencies=np.arange(2.0))] * 2, rng.normal(size=200)
+    left = rng.normal(size=400) + 40.0 * np.concatenate([0 * column, column])
+    comparison = SimpleNamespace(trials=trials, layout=layout, sigma=np.full(400, 1e-8), twin=None, repeated=[0, 0])
     parameter = SimpleNamespace(key="bearing.0.kx", trend="")
-    monkeypatch.setattr(f"{room}.repeats", lambda a, b: True)
     monkeypatch.setattr(f"{room}.part_name", lambda twin, part: part)
     monkeypatch.setattr(
         f"{room}.BlockDeviations.of", lambda trials: SimpleNamespace(trials=trials, noise=lambda: 4e-16)
     )
-    fit = SimpleNamespace(J=np.tile(column, 2)[:, None], parameters=(parameter,))
+    fit = SimpleNamespace(J=np.tile(column, 2)[:, None], parameters=(parameter,), residual=left)
     seen = drift(comparison, fit, np.full(400, chance))
-    assert (seen and (seen.kind, seen.place)) == (("drift", "bearing.0") if found else None)
+    assert (seen and (seen[0], seen[1].kind)) == (("bearing.0", "drift") if found else None)
     if seen:
-        assert abs(seen.size[0] - 40.0) < 3 * seen.sd[0] < 0.3
+        assert abs(seen[1].size[0] - 40.0) < 3 * seen[1].sd[0] < 0.3
+
+
+@pytest.fixture(scope="module")
+def linear():
+    """Twin of the two-disc machine without candidates, and its calibration by key."""
+    twin = Twin(machine_of_laws(), (16, 4), 2e-4, only=())
+    return twin, {k.key: k for k in calibration(twin, 1)}
+
+
+TURN = 2 * np.pi * 20
+
+
+def two_records(
+    linear, starts: tuple[tuple[float, float], ...], changes: tuple[dict[str, float], ...]
+) -> tuple[TwinComparison, ParameterFit]:  # fmt: skip
+    """Two records, by speed and angle at the start, of the twin with changes, in noise; a fit at the machine file's."""
+    twin, keys = linear
+    rng, t = np.random.default_rng(1), 2e-4 * np.arange(20000)
+    trials = []
+    for speed, angle in starts:
+        rows = np.zeros((len(t), 6))
+        rows[:, 0] = speed
+        rows[:, 4], rows[:, 5] = (sum(2 * np.cos(2 * np.pi * f * t) for f in own) for own in ((25, 40), (30, 45)))
+        made = trial_of(rows, np.zeros((len(t), 2)), 0.4, f"r{len(trials)}")
+        trials.append(replace(made, angle=angle, role="fit"))
+    plain, origin, measured = TwinComparison(twin, trials, threads=1), ParameterPoint(), []
+    for i, (trial, own) in enumerate(zip(trials, changes, strict=True)):
+        s = plain.spectra(ParameterPoint({keys[key]: value for key, value in own.items()}))[i]
+        measured.append(replace(trial, spectra=s + 2e-8 * (rng.normal(size=s.shape) + 1j * rng.normal(size=s.shape))))
+    comparison = TwinComparison(twin, measured, threads=1)
+    comparison.sigma = np.full_like(comparison.measured, 2e-8)
+    parameters, residual = tuple(keys.values()), comparison.residual(origin)
+    return comparison, ParameterFit(parameters, origin, residual, comparison.jacobian(origin, parameters),
+                                    float(residual @ residual))  # fmt: skip
+
+
+NOTHING, HEAVIER = ({}, {}), ({"unbalance.2.me~phase.c": 5e-5},) * 2
+
+
+@pytest.mark.parametrize(
+    ("starts", "changes", "part"),
+    [(((TURN, 0.3), (TURN, 0.3)), NOTHING, None), (((TURN, 0.3), (TURN, 1.3)), NOTHING, None),
+     (((TURN, 0.3), (TURN + 0.3, 0.3)), NOTHING, None), (((TURN, 0.3), (TURN, 1.3)), HEAVIER, None),
+     (((TURN, 0.3), (TURN + 0.1, 0.3)), ({}, {"bearing.0.kx": 0.05}), "bearing.0"),
+     (((TURN, 0.3), (TURN, 0.3)), ({}, {"bearing.0.kx": 0.05}), "bearing.0")],
+)  # fmt: skip
+def test_records_that_begin_at_another_angle_or_speed_show_no_drift_where_nothing_changes(
+    starts, changes, part, linear
+):
+    """An unbalance that the file does not have turns with the angle; a support 5 % softer is found."""
+    comparison, fit = two_records(linear, starts, changes)
+    found = drift(comparison, fit, np.zeros(len(fit.residual)))
+    assert (found and found[0]) == part
+    if found:
+        assert found[1].size[0] == pytest.approx(0.05, rel=0.1) and found[1].place == "the bearing left"
+
+
+def test_a_drift_does_not_hide_a_gap_that_repeats(linear):
+    """The size of a drift is that of no force: what the records show otherwise stays beyond the floor."""
+    comparison, fit = two_records(
+        linear, ((TURN, 0.3),) * 2, ({"bearing.1.ky": 0.02}, {"bearing.1.ky": 0.02, "bearing.0.kx": 0.05})
+    )
+    other = NotRepeated(fit, ObservedPlaces.of(comparison, fit, fit.residual, fit.J))
+    assert [one.kind for one in other.found] == ["drift"] and not other.chance.any()
+    assert repeating(comparison, fit.residual, other.chance)
+
+
+@pytest.mark.parametrize("drifts", [True, False])
+def test_a_random_force_is_asked_for_where_there_may_be_a_drift_and_may_have_no_answer(drifts, monkeypatch):
+    room, asked, found = "rotorsim.discrepancy.stochastic", list[int](), ("bearing.0", FORCE)
+
+    def without_answer(seen):
+        asked.append(1)
+        raise NoAnswerError("no minimum")
+
+    monkeypatch.setattr(f"{room}.random_force", without_answer)
+    monkeypatch.setattr(f"{room}.drift", lambda comparison, fit, chance: found if drifts else None)
+    monkeypatch.setattr(f"{room}.fall_next_to_drift", lambda seen, fit, part, columns: 7.0)
+    other = NotRepeated(SimpleNamespace(residual=np.zeros(3)), SimpleNamespace(comparison=None, residual=np.zeros(3)))
+    assert other.beyond_drift(np.zeros((3, 1))) == (7.0 if drifts else np.inf) and bool(asked) == drifts
+    assert other.found == ((FORCE,) if drifts else ()) and not other.chance.any()
 
 
 @pytest.mark.parametrize(("own", "apart"), [(False, False), (True, True)])
@@ -489,14 +585,14 @@ def test_the_tolerance_that_records_show_is_the_scatter_of_what_is_left_about_th
     assert TwinComparison.tolerance_shown(floor, ParameterPoint(), left) == pytest.approx(tolerance, rel=0.05)
 
 
-FORCE, BOW = SimpleNamespace(sentence="a random force"), ("shaft_bow.bow",)
+FORCE, DRIFT, BOW = SimpleNamespace(sentence="a random force"), SimpleNamespace(sentence="a drift"), ("shaft_bow.bow",)
 
 
-def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, force=FORCE, film=None, left=2):
+def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2):
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
-    for name, value in (("cannot_tell", ""), ("what_does_not_repeat", force), ("repeating", repeats),
-                        ("by_chance", 0.0)):  # fmt: skip
+    other = SimpleNamespace(found=forces, chance=0.0)
+    for name, value in (("cannot_tell", ""), ("NotRepeated", other), ("repeating", repeats)):
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
     verdict = SearchVerdict(status, SimpleNamespace(keys=BOW, failed=True) if status in ("named", "tie") else None)
@@ -527,6 +623,13 @@ def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
     given, notes = beyond_the_catalogue(status, flags, repeats, lambda notes: tried.append("law") or "", monkeypatch)
     assert (given and given.status) == (found if found == "stochastic" else None)
     assert bool(tried) == searched and any(FORCE.sentence in note for note in notes) == (found == "note")
+
+
+@pytest.mark.parametrize(("repeats", "noted"), [([], [FORCE]), ([1], [DRIFT, FORCE])])
+def test_a_random_force_next_to_a_drift_is_a_note(repeats, noted, monkeypatch):
+    given, notes = beyond_the_catalogue("unknown", [1], repeats, lambda notes: "", monkeypatch, (DRIFT, FORCE))
+    assert (given and given.stochastic) == (None if repeats else DRIFT)
+    assert [one for one in (DRIFT, FORCE) if any(one.sentence in note for note in notes)] == noted
 
 
 @pytest.mark.parametrize(
@@ -596,8 +699,11 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     assert Mesh(machine).shear_share == pytest.approx(expected, rel=0.02)
 
 
-def judged_laws(laws, best, more, flags, monkeypatch):
-    """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others."""
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=()):
+    """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
+
+    A drift explains what terms with the names of `drifts` do.
+    """
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
                             fit=SimpleNamespace(cost=100.0, residual=np.zeros(1))) for law in laws]  # fmt: skip
@@ -614,8 +720,26 @@ def judged_laws(laws, best, more, flags, monkeypatch):
         monkeypatch.setattr(DiagnosisRun, name, lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 1000.0)
     run = DiagnosisRun(machine, models, {"fit": part}, (), [], 0.0, lambda stage, most=0: None)
-    found = run._discovered(base, flags, [], {"fit": None}, [], [])
+    seen = SimpleNamespace(columns=lambda place, term, shape: np.full((3, 2), 0.0 if term.name in drifts else 1e3))
+    other = SimpleNamespace(seen=seen, beyond_drift=np.max)
+    found = run._discovered(base, flags, [], {"fit": None}, [], [], other)
     return found and found.discovered
+
+
+@pytest.mark.parametrize("drifts", ["dry", "cubic"])
+def test_a_law_that_a_drift_explains_is_no_candidate_and_the_next_one_is(drifts, monkeypatch):
+    """The plant takes the law that is left, whichever of two the linear model put first."""
+    laws, tried = [law_of("dry"), law_of("cubic")], list[str]()
+
+    def candidates_of(own, twin):
+        tried.extend(one.names for one in own)
+        return candidate_laws(own, twin)
+
+    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.candidate_laws", candidates_of)
+    left = 1 if drifts == "dry" else 0
+    found = judged_laws(laws, left, 0.01, [1], monkeypatch, (drifts,))
+    assert found[0] == laws[left].names and tried == [found[0]]
+    assert judged_laws(laws, left, 0.01, [1], monkeypatch, ("dry", "cubic")) == ""
 
 
 @pytest.mark.parametrize(("softer", "own"), [(1.2, True), (0.1, False)])
@@ -704,16 +828,16 @@ def test_peace_that_no_group_disturbs_goes_where_a_law_is_clearly_better_and_not
 
 
 @pytest.mark.parametrize(
-    ("status", "force", "verdict"),
-    [("named", None, None), ("recalibrated", None, None), ("unknown", None, None), ("no_disagreement", None, "unknown"),
-     ("no_disagreement", FORCE, "stochastic")],
+    ("status", "forces", "verdict"),
+    [("named", (), None), ("recalibrated", (), None), ("unknown", (), None), ("no_disagreement", (), "unknown"),
+     ("no_disagreement", (FORCE,), "stochastic")],
 )  # fmt: skip
 def test_a_constant_force_that_no_group_shows_disturbs_peace_unless_what_does_not_repeat_makes_it(
-    status, force, verdict, monkeypatch
+    status, forces, verdict, monkeypatch
 ):
     """The records do not tell it from stiffness and damping, so that it has no name."""
     flags = [1] if status == "unknown" else []
-    given, notes = beyond_the_catalogue(status, flags, [], lambda notes: None, monkeypatch, force)
+    given, notes = beyond_the_catalogue(status, flags, [], lambda notes: None, monkeypatch, forces)
     assert NOT_IDENTIFIABLE in notes and (given and given.status) == verdict
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from rotorsim.base.errors import MachineFileError
 from rotorsim.discrepancy.calibration import GRID, ParameterPoint
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.fit import ParameterFit
@@ -37,6 +38,19 @@ def test_a_seal_is_a_candidate_at_every_disc_and_support(two_discs):
 def test_a_place_that_the_machine_file_states_is_kept(two_discs):
     own = two_discs.replace("effects.labyrinth_seal", {"damping": "10 N*s/m", "position": "350 mm"})
     assert "labyrinth_seal.damping of the shaft at 350 mm" in keys(own, "labyrinth_seal")
+
+
+@pytest.mark.parametrize(
+    "place", ["the bearing left", "bearing 1", "disc 1", "the left end", "the plane of the probes"]
+)
+def test_a_disc_with_the_name_of_another_place_is_refused(place, two_discs):
+    """A law or an effect there and one at the disc would have one name."""
+    changes = {"bearings.0.name": "left", "bearings.1.name": None, "discs.1.name": None}
+    own = two_discs.with_({**changes, "discs.0.name": "disc 0"})
+    assert own.disc_names == ("disc 0", "disc 1") and len({*own.disc_names, *own.bearings_in_words}) == 4
+    with pytest.raises(MachineFileError) as refused:
+        two_discs.with_({**changes, "discs.0.name": place})
+    assert [problem.startswith(f"discs.0.name: '{place}'") for problem in refused.value.problems] == [True]
 
 
 @pytest.mark.parametrize("position", [None, "at the disc"])
