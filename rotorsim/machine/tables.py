@@ -68,13 +68,13 @@ class MachineTables(Part):
 
     @property
     def films(self) -> tuple[GasFilm, ...]:
-        """The gas films, in the order of the bearings."""
-        return tuple(b for b in self.bearings if isinstance(b, GasFilm))
+        """The gas films, in the order of the bearings; AttributeError while it is open whether one of these is a film."""
+        return tuple(b for b in self.bearings if b.kind == "gas_film")
 
     @property
     def film_bearings(self) -> tuple[int, ...]:
         """Indices of the bearings that are gas films."""
-        return tuple(i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm))
+        return tuple(i for i, b in enumerate(self.bearings) if b.kind == "gas_film")
 
     @property
     def bearing_names(self) -> tuple[str, ...]:
