@@ -218,7 +218,8 @@ def test_the_gas_spring_is_the_slope_of_the_force_at_a_fixed_mass(rig):
 def test_chords_of_the_flows_lead_to_plena_that_balance_what_they_take_and_give(rig, held):
     """Each chord begins where the last one leads; against a bisection, for films at .98 of what plena had.
 
-    A tangent, which the root of the difference leaves behind, ends 1.4e-5 of the pressure away and more.
+    A tangent ends 1.4e-5 of the pressure away and more: the flow goes with the root of the pressures' difference, whose
+    slope changes on the way.
     """
     (run := rig(n_z=16).start(300.0, 0.3e6)).advance(held(1, 300.0, 0.3e6))
     L, w, iadt = run.assembly.film, run.w.copy(), 1.0 / (STAGE * run.assembly.parameters["dt"])
