@@ -4,8 +4,8 @@ Run with a warm cache:  python studies/benchmarks/step_history.py [--add | --che
 
 Prints the line of the installed rotorsim. `--add` appends it to `history/steps.jsonl`, once for every change that
 lands; `--check` compares it with the last lines of the same processor and ends with 1 where a case has become slower by
-more than `SLOWER`, twice in a row, and with 3 where there is no such line. A line holds for each case the processor time
-of a sample of 0.2 ms [us] and the ratio to the time of `reference_work`, both medians over `ROUNDS` turns.
+more than `SLOWER`, twice in a row, and with 3 where there is no such line. A line holds for each case the processor
+time of a sample of 0.2 ms [us] and the ratio to the time of `reference_work`, both medians over `ROUNDS` turns.
 """
 
 import argparse
