@@ -582,7 +582,8 @@ def _looked(plant: Plant, probes: dict[str, float]) -> dict[str, float]:
     named = dict(zip(plant.machine.bearing_names, (b.position for b in plant.machine.bearings), strict=True))
     along = sorted(named.items(), key=lambda one: one[1])
     spans = {f"half span {a} to {b}": 0.5 * (y + z) for (a, y), (b, z) in pairwise(along)}
-    return _each_once(probes | {f"bearing {name.removeprefix('bearing ')}": z for name, z in named.items()} | spans)
+    words = (name.removeprefix("the ") for name in plant.machine.bearings_in_words)
+    return _each_once(probes | dict(zip(words, named.values(), strict=True)) | spans)
 
 
 def _each_once(places: dict[str, float]) -> dict[str, float]:

@@ -316,7 +316,8 @@ def measuring_places(plant: Plant) -> dict[str, float]:
     machine = plant.machine
     found = {"measuring plane": plant.assembly.mesh.probe}
     found |= {name: disc.position for name, disc in zip(machine.disc_names, machine.discs, strict=True)}
-    found |= {f"bearing {b.name or k}": b.position for k, b in enumerate(machine.bearings)}
+    bearings = zip(machine.bearings_in_words, machine.bearings, strict=True)
+    found |= {name.removeprefix("the "): bearing.position for name, bearing in bearings}
     return found | {p.name: p.position for p in machine.probes if isinstance(p, ShaftProbe)}
 
 

@@ -12,8 +12,9 @@ from a start that a regression over the machines before predicts, until it is be
 searched wholly too, and the largest difference is stated.
 
 The share of a value in the scatter of a quantity is that of the regression of ranks, beta_i rho_i: the standardised
-coefficient times the correlation; they add up to its R^2 (Saltelli et al. 2008). The interval of a probability is that
-of Clopper and Pearson, which is wider than a Latin hypercube needs.
+coefficient times the correlation; they add up to its R^2 (Saltelli et al. 2008), each within 0 to R^2 only where values
+do not go together by chance. The interval of a probability is that of Clopper and Pearson, which is wider than a Latin
+hypercube needs.
 
 Cites: clopper_1934, saltelli_2008.
 """

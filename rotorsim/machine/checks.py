@@ -18,7 +18,6 @@ from pydantic import BaseModel, ValidationError
 from rotorsim.base.quantity import quantities, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
-from rotorsim.machine.bearings import LinearBearing
 from rotorsim.machine.numerics import check_step
 from rotorsim.machine.part import Part, choices, sentences
 from rotorsim.machine.plausibility import films_of, numbers, questions
@@ -46,7 +45,9 @@ def decisive(machine: MachineTables) -> Iterator[Problems]:
     """Checks of what a machine is made of."""
     yield _injection(machine)
     yield _actuators(machine)
-    yield _places(machine)
+    yield _once(machine)
+    for path, effect in _each_effect(machine):
+        yield _place(machine, path, effect)
 
 
 def further(machine: MachineTables) -> Iterator[Problems]:
@@ -134,10 +135,10 @@ def _bearings_apart(machine: MachineTables) -> Problems:
 
 
 def _injection(machine: MachineTables) -> Problems:
-    if machine.injectors and machine.film is None:
-        yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     if machine.injectors and machine.injection is None:
         yield "injection", "missing, but there are injectors; add [injection] or remove the injectors"
+    if machine.injectors and machine.film is None:
+        yield "injectors", "there is no film to inject into; add a bearing with kind = 'gas_film' or remove them"
     common = machine.injection
     if common is None or machine.film is None:
         return
@@ -248,16 +249,19 @@ def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
             yield (f"effects.{name}" if len(entries) == 1 else f"effects.{name}.{i}"), effect
 
 
-def _places(machine: MachineTables) -> Problems:
-    """Every effect has something to act on, and is there once if it can be only once."""
+def _once(machine: MachineTables) -> Problems:
+    """An effect is there once if it can be only once."""
     for name, entries in machine.effects.items():
         if len(entries) > 1 and entries[0].single and not _one_a_film(machine, entries):
             way = "give each the 'bearing' of another film" if len(machine.films) > 1 else "keep one table"
             yield f"effects.{name}", f"there are {len(entries)} of them, and a machine has one; {way}"
-    for path, effect in _each_effect(machine):
-        found = _misplaced(machine, effect)
-        if found:
-            yield f"{path}.{found[0]}".rstrip("."), found[1]
+
+
+def _place(machine: MachineTables, path: str, effect: Effect) -> Problems:
+    """An effect has something to act on."""
+    found = _misplaced(machine, effect)
+    if found:
+        yield f"{path}.{found[0]}".rstrip("."), found[1]
 
 
 def _one_a_film(machine: MachineTables, entries: tuple[Effect, ...]) -> bool:
@@ -281,11 +285,11 @@ def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
 def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
     """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
-    if machine.film is None and (effect.place == "film" or effect.port in FILM_PORTS):
+    if (effect.place == "film" or effect.port in FILM_PORTS) and machine.film is None:
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
     bearing = getattr(effect, "bearing", None)
     if effect.place == "bearing":
-        springs = [str(i) for i, one in enumerate(machine.bearings) if isinstance(one, LinearBearing)]
+        springs = [str(i) for i, one in enumerate(machine.bearings) if one.kind == "linear"]
         if bearing is not None and str(int(bearing)) not in springs:
             return (
                 "bearing",
@@ -388,7 +392,7 @@ def _read(model: type[Part], name: str, value: Any) -> Any:
 
 
 def _item(kinds: tuple[Any, ...], table: Any) -> Part:
-    """An item of a list; one of a kind that is not known keeps its place in the list and has no values."""
+    """An item of a list; one of a kind that is not known keeps its place and has no values, not even a kind."""
     try:
         return readable(_kind(kinds, table), table)
     except ValueError:

@@ -277,9 +277,8 @@ def _gas(machine: MachineTables) -> Questions:
 
 
 def films_of(machine: MachineTables) -> Iterator[tuple[str, GasFilm]]:
-    """Paths of the gas films and themselves."""
-    for i, film in zip(machine.film_bearings, machine.films, strict=True):
-        yield f"bearings.{i}", film
+    """Paths of the gas films and themselves, as far as the kinds of bearings are known."""
+    yield from ((f"bearings.{i}", one) for i, one in enumerate(machine.bearings) if isinstance(one, GasFilm))
 
 
 def _diameters(machine: MachineTables, start: float, end: float) -> Iterator[float]:

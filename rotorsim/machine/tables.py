@@ -68,13 +68,13 @@ class MachineTables(Part):
 
     @property
     def films(self) -> tuple[GasFilm, ...]:
-        """The gas films, in the order of the bearings."""
-        return tuple(b for b in self.bearings if isinstance(b, GasFilm))
+        """The gas films, in the order of the bearings; AttributeError while one of these has no kind."""
+        return tuple(b for b in self.bearings if b.kind == "gas_film")
 
     @property
     def film_bearings(self) -> tuple[int, ...]:
         """Indices of the bearings that are gas films."""
-        return tuple(i for i, b in enumerate(self.bearings) if isinstance(b, GasFilm))
+        return tuple(i for i, b in enumerate(self.bearings) if b.kind == "gas_film")
 
     @property
     def bearing_names(self) -> tuple[str, ...]:
@@ -83,8 +83,9 @@ class MachineTables(Part):
 
     @property
     def bearings_in_words(self) -> tuple[str, ...]:
-        """Every bearing as a sentence names it: 'the bearing left', or 'bearing 0' where it has no name."""
-        return tuple(f"the bearing {b.name}" if b.name else f"bearing {i}" for i, b in enumerate(self.bearings))
+        """Every bearing as a sentence names it: 'the bearing left', 'the tail bearing'; 'bearing 0' without a name."""
+        named = (b.name and (b.name if "bearing" in b.name.lower() else f"bearing {b.name}") for b in self.bearings)
+        return tuple(f"the {name}" if name else f"bearing {i}" for i, name in enumerate(named))
 
     @property
     def disc_names(self) -> tuple[str, ...]:

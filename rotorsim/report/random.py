@@ -18,6 +18,11 @@ BINS = 30
 """Most bars of a distribution; fewer than a third of the machines where these are few."""
 MOST_ROWS = 400
 """Machines that are listed."""
+SHARED = (
+    "Shares in the scatter by regression of ranks. They are estimates, which add up to R^2: among few machines values "
+    "go together by chance, and one share may be below 0 and another above 100 %."
+)
+"""What the shares are."""
 
 
 @page_of(RandomResult)
@@ -48,7 +53,7 @@ def random_page(result: RandomResult) -> Page:
         Block("Probability of a miss", "What is not known counts as a miss.", missed, miss_rows(result)),
         Block("Distributions", f"{confirmed(result)} Dashed: nominal; red: requirement.", spread, rows,
               distributions_figure(result)),
-        Block("Which tolerance matters most", "Shares in the scatter by regression of ranks; they add up to R^2.",
+        Block("Which tolerance matters most", SHARED,
               ("quantity", "R^2", "most by", "share"), share_rows(result), shares_figure(result)),
         Block("What varies", "", ("value", "nominal", "tolerance +-", "distribution"), varied),
         Block("Machine by machine", text, head, cells),

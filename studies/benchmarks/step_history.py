@@ -4,8 +4,8 @@ Run with a warm cache:  python studies/benchmarks/step_history.py [--add | --che
 
 Prints the line of the installed rotorsim. `--add` appends it to `history/steps.jsonl`, once for every change that
 lands; `--check` compares it with the last lines of the same processor and ends with 1 where a case has become slower by
-more than `SLOWER`, twice in a row. A line holds for each case the processor time of a sample of 0.2 ms [us] and the
-ratio to the time of `reference_work`, both medians over `ROUNDS` turns.
+more than `SLOWER`, twice in a row, and with 3 where there is no such line. A line holds for each case the processor
+time of a sample of 0.2 ms [us] and the ratio to the time of `reference_work`, both medians over `ROUNDS` turns.
 """
 
 import argparse
@@ -125,12 +125,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument("--add", action="store_true", help="append the line to the history")
-    choice.add_argument("--check", action="store_true", help="end with 1 where a case has become slower")
+    choice.add_argument("--check", action="store_true", help="end with 1 where a case is slower, 3 without a line")
     asked = parser.parse_args()
     new = line()
     print(json.dumps(new))
     lines = read()
-    if not any(_comparable(old, new) for old in lines):
+    alone = not any(_comparable(old, new) for old in lines)
+    if alone:
         print(f"no earlier line of {new['machine']} to compare with", file=sys.stderr)
     found = slower(new, lines)
     if found and asked.check:  # what else runs may slow one case down once
@@ -141,7 +142,7 @@ def main() -> int:
     if asked.add:
         with HISTORY.open("a", encoding="utf-8") as history:
             history.write(json.dumps(new) + "\n")
-    return 1 if asked.check and found else 0
+    return (3 if alone else 1 if found else 0) if asked.check else 0
 
 
 if __name__ == "__main__":

@@ -135,6 +135,15 @@ def test_the_shares_of_a_sum_are_those_of_its_variances():
     assert r2 == pytest.approx(expected.sum(), abs=0.02)
 
 
+def test_shares_of_few_machines_may_be_below_zero_and_above_one_and_still_add_up():
+    """Six ranks that go together by chance, against r . R^-1 r of their correlations."""
+    X, y = np.array([[0.0, 3, 4, 1, 2, 5], [5.0, 4, 1, 3, 2, 0]]).T, np.array([1.0, 0, 3, 4, 2, 5])
+    shares, r2 = rank_shares(X, y, ("a", "b"))
+    R = np.corrcoef(X.T, y)
+    assert shares["a"] < 0.0 and shares["b"] > 1.0
+    assert r2 == pytest.approx(R[2, :2] @ np.linalg.solve(R[:2, :2], R[2, :2]), rel=1e-9)
+
+
 def test_the_onset_of_a_film_is_followed_to_that_of_its_own_search():
     over = "bearings.1.clearance=+- 4 %"
     found = random_machines("dtu_gas_bearing", over, 4, "onset, flow", pressure="0.5 MPa")

@@ -404,6 +404,17 @@ def test_no_mistake_hides_another_one():
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("kind", ["gas_film", "linear"])
+def test_a_bearing_of_no_kind_may_be_what_others_need(kind):
+    """Injectors and effects that act in a film or in springs are judged once it is known which bearings there are."""
+    text = rs.machine.load_machine("dtu_gas_bearing").text + "[effects.ball_bearing]\nbearing = 0\n"
+    assert text.count(f'kind = "{kind}"') == 1
+    with pytest.raises(MachineFileError) as caught:
+        rs.machine.Machine.from_text(text.replace(f'"{kind}"', '"gas_flim"'))
+    (line,) = caught.value.problems
+    assert line.startswith("bearings.") and ".kind: 'gas_flim'" in line
+
+
 QUESTIONS = {
     "shaft.layers.0.inner_diameter": "34 mm",
     "discs.0.polar_inertia": "2e-3 kg*m^2",

@@ -45,7 +45,17 @@ def test_a_line_names_the_vectors_that_its_code_fills(history, monkeypatch):
     """A kind of processor that is named without its features keeps those of the computer."""
     own = history.vector_bits()
     monkeypatch.setattr(history.numba.config, "CPU_NAME", "x86-64-v3")
-    assert own in (128, 256, 512) and history.processor().endswith(f"(x86-64-v3, {own} bits)")
+    assert history.processor().endswith(f"(x86-64-v3, {own} bits)")
+
+
+@pytest.mark.parametrize(("machine", "ratio", "code"), [(PROCESSOR, 1.0, 0), (PROCESSOR, 1.2, 1), ("another", 1.0, 3)])
+def test_the_check_ends_with_a_code_of_its_own_where_it_has_nothing_to_compare_with(
+    history, monkeypatch, machine, ratio, code
+):
+    monkeypatch.setattr(history, "line", lambda: a_line(ratio, "new", machine))
+    monkeypatch.setattr(history, "read", lambda: [a_line(1.0, "old")])
+    monkeypatch.setattr("sys.argv", ["step_history.py", "--check"])
+    assert history.main() == code
 
 
 def test_the_references_arithmetic_never_changes():

@@ -265,23 +265,34 @@ def contacts_agree(w, P, speed, adt):
         if closed and not abs(x - w[s]) + abs(y - w[s + 1]) < allowed:
             return False
         if FILM.foil == 1 or not closed:
-            fx, fy, _, _, _, _, _ = touch(w, P, f, speed, adt)
-            k, g = ROTOR.contact_k + 4 * f, ROTOR.contact_push + 2 * f
-            missed_x = fx - (w[g] - (w[k] * x + w[k + 1] * y))
-            missed_y = fy - (w[g + 1] - (w[k + 2] * x + w[k + 3] * y))
-            if not abs(missed_x) + abs(missed_y) <= allowed * (abs(w[k]) + abs(w[k + 3])):
+            missed, assumed, _ = misfit(w, P, f, speed, adt)
+            if not missed <= allowed * assumed:
                 return False
     return True
 
 
 @inlined
-def journals_moved(w, P):
-    """Largest move of a journal since its contacts were linearised, in clearances."""
+def misfit(w, P, f, speed, adt):
+    """Force [N] that contact exerts on journal f beyond what was linearised, and its stiffness [N/m] then and now."""
+    v, k, g = film_part(w, f), ROTOR.contact_k + 4 * f, ROTOR.contact_push + 2 * f
+    x, y = v[FILM.journal], v[FILM.journal + 1]
+    fx, fy, kxx, _, _, kyy, _ = touch(w, P, f, speed, adt)
+    missed_x = fx - (w[g] - (w[k] * x + w[k + 1] * y))
+    missed_y = fy - (w[g + 1] - (w[k + 2] * x + w[k + 3] * y))
+    return abs(missed_x) + abs(missed_y), abs(w[k]) + abs(w[k + 3]), abs(kxx) + abs(kyy)
+
+
+@inlined
+def contacts_missed(w, P, speed, adt):
+    """Largest move of a journal since its contacts were linearised, or misfit of a foil's as a move, in clearances."""
     most = 0.0
     for f in range(ROTOR.n_films):
-        v, s = film_part(w, f), ROTOR.journal_before + 2 * f
+        v, s, c = film_part(w, f), ROTOR.journal_before + 2 * f, film_constants(P, f).clearance
         moved = abs(v[FILM.journal] - w[s]) + abs(v[FILM.journal + 1] - w[s + 1])
-        most = max(most, moved / film_constants(P, f).clearance)
+        most = max(most, moved / c)
+        if FILM.foil == 1:
+            missed, before, now = misfit(w, P, f, speed, adt)
+            most = max(most, missed / (max(before, now) * c)) if missed > 0.0 else most
     return most
 
 
@@ -375,7 +386,7 @@ def solve_stage(w, ix, P, stage, speed, adt):
             return give_up(w, P, speed, adt)
         agreed = RIG.n_contact == 0 or contacts_agree(w, P, speed, adt)
         if not agreed and room_left(w, FILM.convergence) < 1.0:
-            cut_short(w, FILM.convergence, max(journals_moved(w, P), P.tolerance))
+            cut_short(w, FILM.convergence, max(contacts_missed(w, P, speed, adt), P.tolerance))
         if w[FILM.convergence + CUT] > TRUST:
             hold_films(w, P, speed, adt)
         if agreed or w[FILM.convergence + CUT] > 0.0:
