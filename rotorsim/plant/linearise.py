@@ -64,8 +64,8 @@ STIFFER = 2.0
 """Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
 
 
-FASTEST = 1e3
-"""Least speed [rad/s], twice which is the last one at which a rotor's matrices are formed."""
+LAST_KINK = 2e3
+"""Least speed [rad/s] of the last kink, which lies beyond those of all tables: they hold their values there."""
 
 
 def region_up_to(hints: np.ndarray, highest: float) -> Region:
@@ -565,7 +565,7 @@ def rotor_models(a: Assembly) -> RotorModels | None:
     if a.films or any(call.effect.port == "motion" and call.effect.steady for call in a.calls):
         return None
     speeds = a.mesh.tables.speeds
-    kinks = np.unique([0.0, *speeds, 2 * max(a.mesh.tables.last, FASTEST)])
+    kinks = np.unique([0.0, *speeds, max(2 * speeds.max(initial=0.0), LAST_KINK)])
     with one_thread():
         every = [_linearised(a, a.w, speed, False) for speed in kinks.tolist()]
     matrices = np.array([(one.rotor.stiffness, one.rotor.damping) for one in every])
