@@ -82,6 +82,7 @@ class DesignDesk:
             starts = [{"key": key, "title": one.title, "text": one.text} for key, one in STARTS.items()]
             files = [path.name for path in _files(self.folder)]
             return {"revision": 0, "starts": starts, "shipped": list(shipped_machines()), "files": files[:200]}
+        design.look()
         short = {"revision": design.revision, "saved": design.saved, "changed": design.changed_on_disk(),
                  "file": str(design.path)}  # fmt: skip
         if known == design.revision:
@@ -183,7 +184,9 @@ def _put(desk: DesignDesk, design: Design) -> None:
     design.revision = 1 + (desk.design.revision if desk.design is not None else 0)
     left = unsaved_edits(design)
     desk.design, desk.remark = design, ""
-    if left is not None:
+    if left is None:
+        design.forget_edits()
+    else:
         design.replace(left)
         desk.remark = "Edits of an earlier desk that were not saved are here again; undo takes them back."
 

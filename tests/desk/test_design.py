@@ -146,6 +146,37 @@ def test_of_two_desks_on_one_file_the_second_is_asked_and_its_edits_stay(design)
     assert unsaved_edits(other) is None and not other.unsaved.exists() and design.changed_on_disk()
 
 
+def test_edits_that_another_desk_takes_over_stay_until_both_have_saved_or_undone_them(design):
+    a = make_desk(design.path, design.path.parent)
+    kept = a.design.unsaved
+    a.act("set", {"path": "discs.0.mass", "text": "5"})
+    b = make_desk(design.path, design.path.parent)
+    assert b.design.text == a.design.text
+    b.act("undo", {})
+    assert [one.state(one.design.revision)["saved"] for one in (a, b)] == [False, True]
+    assert kept.read_text() == a.design.text
+    b.act("set", {"path": "discs.0.mass", "text": "6"})
+    assert kept.read_text() == b.design.text
+    b.act("save", {})
+    a.state()
+    b.state()
+    assert kept.read_text() == a.design.text != b.design.text
+    a.act("undo", {})
+    a.act("take", {})
+    assert not kept.exists() and a.design.saved
+
+
+def test_edits_that_the_file_holds_already_are_taken_away(design):
+    design.unsaved.write_text(design.text)
+    assert make_desk(design.path, design.path.parent).design.saved and not design.unsaved.exists()
+    fresh = make_desk("bently_rk4", design.path.parent)
+    assert not fresh.state()["saved"] and not fresh.design.unsaved.exists()
+    design.set("discs.0.mass", "5")
+    design.unsaved.write_text(design.disk)
+    design.undo()
+    assert not design.unsaved.exists()
+
+
 def test_edits_are_kept_next_to_the_file_until_they_are_saved_or_undone(design):
     design.set("discs.0.mass", "5")
     assert design.unsaved.read_text() == design.text and design.path.read_text() == design.disk
