@@ -432,8 +432,11 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
 
     @app.post("/desk")
     async def act(request: Request) -> Response:
-        content = await _content(request)
-        brought = desk.act(str(content.pop("act", "")), content)
+        content, brought = await _content(request), {}
+        acts = content.get("acts", [content])
+        for one in acts if isinstance(acts, list) else []:
+            if isinstance(one, dict):
+                brought = desk.act(str(one.pop("act", "")), one)
         return reply(desk.state() | brought)
 
     @app.post("/run")

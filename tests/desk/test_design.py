@@ -177,6 +177,24 @@ def test_edits_that_the_file_holds_already_are_taken_away(design):
     assert not design.unsaved.exists()
 
 
+def test_acts_that_come_together_are_carried_out_in_their_order(tmp_path):
+    desk = make_desk("plain_rotor", tmp_path)
+    (route,) = [one for one in application(desk, PanelStream()).routes
+                if one.path == "/desk" and "POST" in one.methods]  # fmt: skip
+
+    def send(content):
+        async def receive():
+            return {"type": "http.request", "body": orjson.dumps(content)}
+
+        request = Request({"type": "http"}, receive)
+        return orjson.loads(asyncio.run(route.endpoint(request)).body)
+
+    acts = [{"act": "set", "path": "discs.0.mass", "text": text} for text in ("5", "6")]
+    found = send({"acts": [*acts, {"act": "undo"}, {"act": "nothing"}, 7]})
+    assert desk.design.machine.discs[0].mass == 5 and "refused" in found
+    assert "refused" not in send({"acts": []}) and "refused" not in send({"acts": 7})
+
+
 def test_edits_are_kept_next_to_the_file_until_they_are_saved_or_undone(design):
     design.set("discs.0.mass", "5")
     assert design.unsaved.read_text() == design.text and design.path.read_text() == design.disk

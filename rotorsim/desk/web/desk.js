@@ -149,7 +149,10 @@ export default {
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     this.keys = (event) => this.shortcut(event);
     window.addEventListener("keydown", this.keys);
-    this.leave = () => { for (const next of this.acts.splice(0)) navigator.sendBeacon("desk", JSON.stringify(next)); }; // what still waits
+    this.leave = () => { // what still waits, in its order
+      const acts = this.acts.splice(0);
+      if (acts.length && !navigator.sendBeacon("desk", JSON.stringify({ acts }))) post("desk", { acts }, true).catch(() => {});
+    };
     window.addEventListener("pagehide", this.leave);
     window.deskTimes = [];
     this.take(await (await fetch("desk")).json());

@@ -170,9 +170,13 @@ def test_what_is_typed_last_is_kept_where_the_page_is_left_at_once(desk_of):
     mass = field(page, "discs.0.mass")
     mass.fill("")
     mass.press_sequentially("4.25")
+    field(page, "bearings.0.kxx").fill("20")
+    page.keyboard.press("Control+z")
+    field(page, "bearings.1.kxx").fill("30")
     page.goto("about:blank")
     kept = page.file.with_name("rotor.toml.edits")
-    until(page, lambda text: '"4.25 kg"' in text, asked=lambda page: kept.read_text() if kept.exists() else "")
+    text = until(page, lambda text: '"30 MN/m"' in text, asked=lambda page: kept.read_text() if kept.exists() else "")
+    assert '"4.25 kg"' in text and '"20 MN/m"' not in text
 
 
 def test_two_hundred_random_edits_are_undone_on_the_page_to_the_byte(desk_of):
