@@ -1,7 +1,10 @@
 """Modes and critical speeds over the speed against a direct search at every speed, on seeded and shipped machines."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import sparse
 
 import rotorsim as rs
 from compare_modes import SHIPPED, agrees as all_equal, compared
@@ -304,6 +307,21 @@ def test_the_factors_of_a_film_are_those_of_its_whole_matrix(number):
     assert (len(film_states(film).put_in) > 0) == (number == 8)
     apart = np.array(logs) - logs[0]
     assert np.abs(np.exp(apart) - 1).max() < 1e-6
+
+
+def test_zeros_and_parts_that_a_matrix_of_a_film_holds_do_not_change_its_determinant():
+    """A zero that is stored in every corner, and each term as two halves."""
+    machine, top = random_machine(0)
+    film = Plant(machine).linearise(0.5 * top, 0.0).film
+    J, s = film.J.tocoo(), np.array([0.3j * top])
+    n = J.shape[0] - 1
+    data = np.concatenate([0.5 * J.data, 0.5 * J.data, np.zeros(4)])
+    rows, columns = np.concatenate([J.row, J.row, [0, 0, n, n]]), np.concatenate([J.col, J.col, [0, n, 0, n]])
+    order, starts = np.argsort(rows, kind="stable"), np.append(0, np.bincount(rows).cumsum())
+    stored = sparse.csr_matrix((data[order], columns[order], starts), J.shape)
+    found = FilmResponse(replace(film, J=stored)).determinant.at(s)
+    for one, own in zip(found, FilmResponse(film).determinant.at(s), strict=True):
+        np.testing.assert_array_equal(one, own)
 
 
 SPRING = 4e6
