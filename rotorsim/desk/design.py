@@ -58,8 +58,8 @@ class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
     `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
-    be written next to it, `left` what was written there and is not saved, `kept` the text of a design A with which this one is compared.
-    Texts before and after come with whether the step to them exchanges this design and A.
+    be written next to it, `left` what was written there and is not saved, `kept` the text of a design A with which this
+    one is compared. Texts before and after come with whether the step to them exchanges this design and A.
     """
 
     text: str
