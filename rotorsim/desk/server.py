@@ -543,6 +543,6 @@ def serve_desk(
 
     pages.on_shutdown(end)  # before the server waits for its threads, which wait for these processes
     try:
-        serve(application(desk, answers), port, announce, browser, keep_open)
+        serve(application(desk, answers), port, announce, browser, keep_open, name="rotorsim desk")
     finally:
         end()

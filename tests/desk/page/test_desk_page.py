@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import counted_desk
-from live_browser import IN_BROWSER, expect, until
+from live_browser import CONTRAST, IN_BROWSER, expect, until
 from random_edits import edits
 from rotorsim.desk import Design
 from rotorsim.desk.panels import FIRST, PANELS, SLOW, DesignCase, answer
@@ -360,28 +360,6 @@ def test_panels_of_a_shaft_too_large_are_computed_when_they_are_asked_for(desk_o
     field(page, "shaft.max_element_length").fill("25")
     settled(page)
     expect(page.locator("[data-large]")).to_have_count(0)
-
-
-CONTRAST = """() => {
-  const parts = (text) => text.match(/[\\d.]+/g).map(Number);
-  const linear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
-  const light = ([r, g, b]) => [r, g, b].map((v) => linear(v / 255))
-    .reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
-  const behind = (one) => {
-    for (let at = one; at; at = at.parentElement) {
-      const found = parts(getComputedStyle(at).backgroundColor);
-      if (found.length === 3 || found[3] > 0.99) return found;
-    }
-    return document.body.classList.contains("body--dark") ? [18, 18, 18] : [255, 255, 255];
-  };
-  const texts = [...document.querySelectorAll(".desk *, .live-head *")];
-  const seen = texts.filter((one) => one.checkVisibility() && !one.disabled &&
-    !one.closest("svg") && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));
-  return seen.map((one) => {
-    const [a, b] = [light(parts(getComputedStyle(one).color)), light(behind(one))];
-    return [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), one.outerHTML.slice(0, 90)];
-  });
-}"""
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
