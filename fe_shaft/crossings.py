@@ -27,7 +27,7 @@ from fe_shaft.pencil import Modes, Pencil
 from fe_shaft.spectrum import NEAR, SMALL, everything, predicted, refined, settled, tracked
 from rotorsim.base.rounding import DAMPED, falls_below_zero
 
-CLOSE = 1e-12
+LAST_STEP = 1e-12
 """Square of the last step to a crossing over the crossing and the width around it: the next one is below 1e-9."""
 STEPS = 50
 """Steps to a crossing, after which it counts as not certain."""
@@ -36,10 +36,10 @@ JUMP = 1e-11
 HALVINGS = 16
 """Halvings of the distance to a place at which a mode is known, before it counts as not certain."""
 
-CLOSEST = 1e-6
+LEAST_WIDTH = 1e-6
 """Relative width of an interval that is not halved: two crossings closer to one another are not certain."""
 
-CLOSER = 4
+TIMES_AGAIN = 4
 """Times that a step in which a crossing is open is followed again more closely."""
 
 Interval = tuple[float, float]
@@ -68,7 +68,7 @@ def crossings(
     out: list[Crossing] = []
     lost, lines = found.uncertain, _Lines(family, found)
     for order in orders:
-        some, left_over = _crossed(lines, order, CLOSER)
+        some, left_over = _crossed(lines, order, TIMES_AGAIN)
         out, lost = out + some, lost + left_over
     return sorted(out, key=lambda c: (c.order, abs(c.at), abs(c.modes.values[0]))), sorted(set(lost))
 
@@ -215,7 +215,7 @@ class _Line:
         crosses = (gaps[0] > 0) != (gaps[1] > 0)
         if bend < abs(mean - turn) or (not crosses and bend * width < min(map(abs, gaps))):
             return [self._root(a, b, order) or (a.at, b.at)] if crosses else []
-        middle = self._place(0.5 * (a.at + b.at)) if width > CLOSEST * max(abs(a.at), abs(b.at)) else None
+        middle = self._place(0.5 * (a.at + b.at)) if width > LEAST_WIDTH * max(abs(a.at), abs(b.at)) else None
         if middle is None:
             return [(a.at, b.at)]
         return self._within(a, middle, order, (b, b)) + self._within(middle, b, order, (a, a))
@@ -292,7 +292,7 @@ class _Line:
             return place.size - order * abs(place.at)
 
         turn, upward = order * np.sign(a.at + b.at), (gap(b) > gap(a)) == (a.at + b.at > 0)
-        low, high, places, close = a, b, [a, b], CLOSE * (b.at - a.at) * max(abs(a.at), abs(b.at))
+        low, high, places, close = a, b, [a, b], LAST_STEP * (b.at - a.at) * max(abs(a.at), abs(b.at))
         for _ in range(STEPS):
             rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
             x = _zero([gap(one) for one in places], [one.at for one in places], rates)

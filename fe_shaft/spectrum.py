@@ -43,7 +43,7 @@ SMALL = 130
 """Size up to which all eigenvalues are computed at once."""
 QUOTIENTS = 8
 """Most Rayleigh quotients on the way to one mode."""
-CLOSE = 1e-4
+SHIFT_STAYS = 1e-4
 """Relative distance of the quotient from the shift up to which the factors stay."""
 EVERYWHERE = Region(float("inf"), 0.0, 1.0)
 """Region of all modes."""
@@ -190,13 +190,13 @@ def iterated(pencil: Pencil, guess: Modes) -> Modes | None:
 def tracked(pencil: Pencil, guess: Modes) -> Modes | None:
     """The eigenpair that one guess leads to, by inverse iteration from both sides; None without an end.
 
-    The shift follows Rayleigh's quotient until that moves by less than `CLOSE`: with it the order of convergence is
-    three (Ostrowski 1959).
+    The shift follows Rayleigh's quotient until that moves by less than `SHIFT_STAYS`: with it the order of convergence
+    is three (Ostrowski 1959).
     """
     right, left, value = guess.right, guess.left, complex(guess.values[0])
     shift: complex = np.inf
     for _ in range(QUOTIENTS):
-        if not abs(value - shift) < CLOSE * abs(value):
+        if not abs(value - shift) < SHIFT_STAYS * abs(value):
             shift = value
             factor = pencil.factor(shift * (1 + 1e-13))
         right = factor.solve(pencil.times_S(right)[:, 0])[:, None]
@@ -249,7 +249,7 @@ NEARLY = 1.01
 """Ratio of the ends of an interval that holds a real root, from which its vector is computed."""
 ANGLES = (112.0, 80.0, 119.0, 100.0, 60.0)
 """Angles [deg] in the complex plane of shifts about a modulus at which a mode is missing."""
-CLOSELY = 1.2
+MODULUS_WITHIN = 1.2
 """Ratio of the ends of an interval that holds the modulus of a missing mode, within which shifts find it."""
 SMALL_STEP = 1e-6
 """Relative step of the derivative of the determinant."""
@@ -357,7 +357,7 @@ def _about_missing(known: Modes, region: Region) -> list[complex]:
     """Shifts [rad/s] of the lowest modulus about which a mode is missing, by counts in parts of the region."""
     low, high = region.floor, region.reach
     assert known.quotient is not None
-    while high > CLOSELY * low:
+    while high > MODULUS_WITHIN * low:
         middle = float(np.sqrt(low * high))
         if missing_in(replace(region, floor=low, reach=middle), known.quotient) == 0:
             low = middle

@@ -40,7 +40,7 @@ from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import stability_limit, why_open
 from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError, RotorsimError
 from rotorsim.base.processes import one_thread
-from rotorsim.base.rounding import whirl_sense
+from rotorsim.base.rounding import ALIKE, first_of_largest, whirl_sense
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
 from rotorsim.machine.bearings import BearingPart, TableBearing
@@ -508,12 +508,13 @@ def deflected_line(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     >>> deflected_line(np.array([1.0, -0.5j]), np.array([1j, 0.5])).round(2).tolist()
     [1.0, 0.0]
     """
-    k = int(half_axes(x, y)[0].argmax())
-    # the square of the distance is a constant and half the real part of (x^2 + y^2) exp(-2 i phase)
-    turned = np.exp(-0.5j * np.angle(x[k] ** 2 + y[k] ** 2))
+    k = first_of_largest(half_axes(x, y)[0])
+    # the square of the distance is a constant and half the real part of (x^2 + y^2) exp(-2 i phase); none on a circle
+    square, size = x[k] ** 2 + y[k] ** 2, abs(x[k]) ** 2 + abs(y[k]) ** 2
+    turned = np.exp(-0.5j * np.angle(square if abs(square) > ALIKE * size else x[k] ** 2))
     a, b = (x * turned).real, (y * turned).real
     line = (a * a[k] + b * b[k]) / np.hypot(a[k], b[k])
-    return np.asarray(line / line[np.abs(line).argmax()])
+    return np.asarray(line / line[first_of_largest(np.abs(line))])
 
 
 def _cases(plant: Plant, modes: Sequence[CriticalSpeed], loads: np.ndarray, speed: float) -> tuple[UnbalanceCase, ...]:

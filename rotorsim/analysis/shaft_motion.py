@@ -39,7 +39,7 @@ from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import LeastDamped
 from rotorsim.base.errors import DataError, NoLiftOffError
 from rotorsim.base.processes import one_thread
-from rotorsim.base.rounding import DAMPED
+from rotorsim.base.rounding import DAMPED, first_of_largest
 from rotorsim.base.units import RIG_SAMPLE, TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
 from rotorsim.machine.rotor import ShaftProbe
@@ -78,8 +78,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     reduced, nodes = a.mesh.reduced, a.mesh.nodes
     q = model.shapes[: reduced.Phi.shape[1]]
     shape = np.stack([reduced.Phi[axis::4] @ q for axis in range(2)], axis=-1).transpose(1, 0, 2)[:, : len(nodes)]
-    size = np.abs(shape).reshape(len(shape), -1)
-    shape = shape / (shape.reshape(len(shape), -1)[np.arange(len(shape)), size.argmax(axis=1)])[:, None, None]
+    shape = over_largest(shape)
     least = LeastDamped.up_to(plant, pressure, highest_speed(plant))
     damping, every = least.certain(model), least.known[-1].values
     every = every[least.region.holds(every)]
@@ -100,6 +99,12 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
             "not_listed": np.abs(every[~known]),
         },
     )  # fmt: skip
+
+
+def over_largest(shapes: np.ndarray) -> np.ndarray:
+    """Mode shapes (mode, ...) over their largest component, the first of those equal within rounding."""
+    found = [shape.flat[first_of_largest(np.abs(shape).ravel())] for shape in shapes]
+    return np.asarray(shapes / np.reshape(found, (-1, *[1] * (shapes.ndim - 1))))
 
 
 def outline(plant: Plant) -> dict[str, Any]:

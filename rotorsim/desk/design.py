@@ -58,8 +58,8 @@ class Design:
     """A machine's text, the last machine that it described, its file and the texts before and after.
 
     `disk` is what the file held when it was read or written here, None before it exists; `unkept` is why edits cannot
-    be written next to it, `left` what was written there, `kept` the text of a design A with which this one is compared.
-    Texts before and after come with whether the step to them exchanges this design and A.
+    be written next to it, `left` what was written there and is not saved, `kept` the text of a design A with which this
+    one is compared. Texts before and after come with whether the step to them exchanges this design and A.
     """
 
     text: str
@@ -239,8 +239,9 @@ class Design:
             way = "take it over, replace it or save elsewhere"
             raise FileChangedError(f"{target}: was changed by somebody else; {way}", argument="file", value=str(target))
         write_text(target, _mark(target) + self.text)
-        self._forget_edits()
-        self.path, self.disk = target, self.text
+        self.disk = self.text
+        self.forget_edits()
+        self.path = target
 
     def take_disk(self) -> None:
         """The text that the file has now, as one edit; raises MachineFileError where it cannot be read."""
@@ -293,21 +294,30 @@ class Design:
         self.text, self.burst = text, ("", "")
         self.machine = machine or self.machine
         self.revision += 1
+        self._leave_edits()
+
+    def look(self) -> None:
+        """Write the edits again where another desk that had taken them over has taken them away."""
+        if self.left is not None and not self.unsaved.exists():
+            self._leave_edits()
+
+    def _leave_edits(self) -> None:
         self.unkept = ""
         if self.saved:
-            self._forget_edits()
+            self.forget_edits()
             return
         try:
-            write_text(self.unsaved, text)
-            self.left = text
+            write_text(self.unsaved, self.text)
+            self.left = self.text
         except OSError as error:  # the edit itself is taken
             self.unkept = str(error)
 
-    def _forget_edits(self) -> None:
-        """Take the edits next to the file away, but for those of another desk."""
+    def forget_edits(self) -> None:
+        """Take the edits next to the file away, if they are those of this design or what the file holds."""
         with suppress(OSError):
-            if _on_disk(self.unsaved) == self.left:
+            if _on_disk(self.unsaved) in (self.left, self.disk):
                 self.unsaved.unlink(missing_ok=True)
+        self.left = None
 
 
 def open_design(name: str | Path, folder: str | Path = ".") -> Design:

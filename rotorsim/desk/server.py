@@ -82,6 +82,7 @@ class DesignDesk:
             starts = [{"key": key, "title": one.title, "text": one.text} for key, one in STARTS.items()]
             files = [path.name for path in _files(self.folder)]
             return {"revision": 0, "starts": starts, "shipped": list(shipped_machines()), "files": files[:200]}
+        design.look()
         short = {"revision": design.revision, "saved": design.saved, "changed": design.changed_on_disk(),
                  "file": str(design.path)}  # fmt: skip
         if known == design.revision:
@@ -183,7 +184,9 @@ def _put(desk: DesignDesk, design: Design) -> None:
     design.revision = 1 + (desk.design.revision if desk.design is not None else 0)
     left = unsaved_edits(design)
     desk.design, desk.remark = design, ""
-    if left is not None:
+    if left is None:
+        design.forget_edits()
+    else:
         design.replace(left)
         desk.remark = "Edits of an earlier desk that were not saved are here again; undo takes them back."
 
@@ -429,8 +432,11 @@ def application(desk: DesignDesk, answers: PanelStream) -> Any:
 
     @app.post("/desk")
     async def act(request: Request) -> Response:
-        content = await _content(request)
-        brought = desk.act(str(content.pop("act", "")), content)
+        content, brought = await _content(request), {}
+        acts = content.get("acts", [content])
+        for one in acts if isinstance(acts, list) else []:
+            if isinstance(one, dict):
+                brought = desk.act(str(one.pop("act", "")), one)
         return reply(desk.state() | brought)
 
     @app.post("/run")
@@ -537,6 +543,6 @@ def serve_desk(
 
     pages.on_shutdown(end)  # before the server waits for its threads, which wait for these processes
     try:
-        serve(application(desk, answers), port, announce, browser, keep_open)
+        serve(application(desk, answers), port, announce, browser, keep_open, name="rotorsim desk")
     finally:
         end()

@@ -328,11 +328,17 @@ def run_rig(rig_folder: RigFolder, port: int, announce: Announce, show: bool, ke
 
 
 def serve(
-    application: Any, port: int, announce: Announce, show: bool, keep_open: bool, patience: float = float("inf")
+    application: Any,
+    port: int,
+    announce: Announce,
+    show: bool,
+    keep_open: bool,
+    patience: float = float("inf"),
+    name: str = "rotorsim live",
 ) -> None:
     """Serve until Ctrl-C or until the last window is closed; `announce` receives address and port.
 
-    `patience` [s] is how long the first window is waited for.
+    `patience` [s] is how long the first window is waited for; lines on stderr begin with the `name`.
     """
     import uvicorn
     from nicegui import app as pages
@@ -345,7 +351,7 @@ def serve(
         timeout_graceful_shutdown=0,
     )  # fmt: skip
     server = uvicorn.Server(config)
-    quiet()
+    quiet(name)
     if not keep_open:
         visited = Event()  # some windows stay for less than a second
         pages.on_connect(visited.set)
@@ -376,9 +382,9 @@ MALFORMED = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 class OneLine(logging.Handler):
     """Log formatter with one line per entry."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str = "rotorsim live") -> None:
         super().__init__(logging.ERROR)
-        self.lines = 0
+        self.command, self.lines = name, 0
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a record to stderr."""
@@ -389,18 +395,18 @@ class OneLine(logging.Handler):
         if self.lines > MOST:
             return
         found = [" ".join(record.getMessage().split())] + ([f"{type(error).__name__}: {error}"] if error else [])
-        print(f"rotorsim live: {'; '.join(found)}"[:400], file=sys.stderr)
+        print(f"{self.command}: {'; '.join(found)}"[:400], file=sys.stderr)
         if self.lines == MOST:
-            print(f"rotorsim live: these were {MOST} lines; no more are written", file=sys.stderr)
+            print(f"{self.command}: these were {MOST} lines; no more are written", file=sys.stderr)
 
 
-def quiet() -> None:
+def quiet(name: str = "rotorsim live") -> None:
     """Set up the server's logging, and drop malformed messages before they reach the page library."""
-    handler = OneLine()
-    for name in [name for name in logging.root.manager.loggerDict if name.startswith(tuple(f"{n}." for n in LOGGERS))]:
-        logging.getLogger(name).handlers = []  # engineio and socketio bring their own
-    for name in LOGGERS:
-        logger = logging.getLogger(name)
+    handler = OneLine(name)
+    for one in [one for one in logging.root.manager.loggerDict if one.startswith(tuple(f"{n}." for n in LOGGERS))]:
+        logging.getLogger(one).handlers = []  # engineio and socketio bring their own
+    for one in LOGGERS:
+        logger = logging.getLogger(one)
         logger.handlers, logger.propagate = [handler], False
         logger.setLevel(logging.ERROR)
     from nicegui import core

@@ -113,7 +113,10 @@ class FilmDeterminant:
     def _parts(self) -> tuple[Pattern, np.ndarray, np.ndarray, np.ndarray]:
         """Pattern, the values at s = 0 and their slopes over s by place, and the places of the diagonal."""
         film, n, q = self.film, len(self.order), len(self.film.F_y)
-        J = film.J.tocsr()[self.order][:, self.order].tocoo()
+        J = film.J.tocsr()[self.order][:, self.order]
+        J.sum_duplicates()
+        J.eliminate_zeros()  # a zero has no place in the pattern
+        J = J.tocoo()
         moved, pulled, felt = film.J_X[self.order], film.S_X[self.order], film.F_y[:, self.order]
         edge = sparse.csr_matrix((moved != 0) | (pulled != 0) | (felt.T != 0))
         shape = sparse.bmat([[abs(J) + abs(J).T + sparse.identity(n), edge], [edge.T, np.ones((q, q))]]).tocsr()

@@ -30,13 +30,14 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
+from fe_shaft.pencil import Modes, Region, each_once, log_of
 from reynolds.injector import Injector
 from reynolds.perturbation import Kernels, LinearFilm, linear_film, side_by_side, tilted_film, with_tilt
 from rotorsim.base.display import Card, Shown
@@ -46,9 +47,6 @@ from rotorsim.base.rounding import first_of_largest, repeated, whirl_sense
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.film_determinant import FilmDeterminant
 from rotorsim.plant.simulation import damping, rows, stiffness
-
-if TYPE_CHECKING:
-    from fe_shaft.pencil import Modes, Region
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
 OUTPUTS = ("disc_x", "disc_y")
@@ -64,8 +62,8 @@ STIFFER = 2.0
 """Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
 
 
-FASTEST = 1e3
-"""Least speed [rad/s], twice which is the last one at which a rotor's matrices are formed."""
+LAST_KINK = 2e3
+"""Least speed [rad/s] of the last kink, which lies beyond those of all tables: they hold their values there."""
 
 
 def region_up_to(hints: np.ndarray, highest: float) -> Region:
@@ -73,8 +71,6 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
 
     All in rad/s.
     """
-    from fe_shaft.pencil import Region
-
     reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
     return Region(reach, BELOW * reach, DAMPED)
 
@@ -103,11 +99,6 @@ class FilmStates:
     def columns(self) -> np.ndarray:
         """Column of each term of `both`."""
         return np.repeat(np.arange(len(self.kept)), np.diff(self.both.indptr))
-
-    @cached_property
-    def room(self) -> Any:
-        """A matrix of the pattern of `both`, whose values are put in where it is factored."""
-        return self.both.astype(complex)
 
     @cached_property
     def diagonal(self) -> np.ndarray:
@@ -206,8 +197,8 @@ class FilmResponse:
             by[states.R.indices] = 1 / d
             data += both.imag * by[states.columns]
         data[states.diagonal] += s * film.S[states.kept]
-        states.room.data = data
-        lu = splu(states.room, permc_spec="NATURAL", **SYMMETRIC)
+        A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)
+        lu = splu(A, permc_spec="NATURAL", **SYMMETRIC)
         factor = FilmFactor(states, lu, d)
         L = factor.solve(film.F_y.T, "T")
         return FilmAnswer(factor, L, L.T @ (film.J_X + s * film.S_X))
@@ -477,8 +468,6 @@ class LinearPlant(Shown):
 
         The determinant is that of the film with the journals held times that of the dynamic stiffness.
         """
-        from fe_shaft.pencil import each_once, log_of
-
         rotor = self.rotor
 
         def log_det(s: np.ndarray) -> np.ndarray:
@@ -565,7 +554,7 @@ def rotor_models(a: Assembly) -> RotorModels | None:
     if a.films or any(call.effect.port == "motion" and call.effect.steady for call in a.calls):
         return None
     speeds = a.mesh.tables.speeds
-    kinks = np.unique([0.0, *speeds, 2 * max(a.mesh.tables.last, FASTEST)])
+    kinks = np.unique([0.0, *speeds, max(2 * speeds.max(initial=0.0), LAST_KINK)])
     with one_thread():
         every = [_linearised(a, a.w, speed, False) for speed in kinks.tolist()]
     matrices = np.array([(one.rotor.stiffness, one.rotor.damping) for one in every])

@@ -105,9 +105,11 @@ class Plant(Shown):
         return assemble(self.machine)
 
     @cached_property
-    def _known(self) -> dict[str, RotorModels | None]:
-        """Models over the speed of a rotor that is linear, once they were asked for."""
-        return {}
+    def _over_speed(self) -> RotorModels | None:
+        """Models over the speed of a rotor that is linear."""
+        from rotorsim.plant.linearise import rotor_models  # brings sparse eigenvalues
+
+        return rotor_models(self.assembly)
 
     def equilibrium(self, speed: float = 0.0, pressure: float = 0.0) -> Equilibrium:
         """Static equilibrium at a speed [rad/s] and gauge pressure [Pa]; raises NoLiftOffError where there is none.
@@ -132,13 +134,10 @@ class Plant(Shown):
         True
         """
         speed, pressure = point(speed, pressure)
-        from rotorsim.plant.linearise import linearise, rotor_models  # brings sparse eigenvalues
+        from rotorsim.plant.linearise import linearise  # brings sparse eigenvalues
 
-        if "models" not in self._known:
-            self._known["models"] = rotor_models(self.assembly)
-        models = self._known["models"]
-        if models is not None and speed >= 0 and self.machine.gas.absolute(pressure) >= 0:
-            return models.at(speed)
+        if self._over_speed is not None and speed >= 0 and self.machine.gas.absolute(pressure) >= 0:
+            return self._over_speed.at(speed)
         return linearise(self.assembly, settle(self.assembly, speed, pressure), speed, moment)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:

@@ -18,6 +18,7 @@ from rotorsim.analysis.design_review import (
     margin_of,
     static_loads,
 )
+from rotorsim.analysis.shaft_motion import over_largest
 from rotorsim.commands.report import _sensitivity as sensitivity_of
 from rotorsim.control.sampled_loop import law_system
 from rotorsim.live.laws import SHIPPED
@@ -97,6 +98,19 @@ def test_a_deflected_line_of_a_circular_and_of_a_plane_mode():
     for y in (1j, -1j, 0.0, 2.0):
         line = deflected_line((1 + 0.3j) * np.sin(2 * z), (1 + 0.3j) * y * np.sin(2 * z))
         assert np.abs(line) == pytest.approx(np.abs(np.sin(2 * z)), abs=1e-4)
+
+
+@pytest.mark.parametrize("y", [1j, -1j, 1.0, 0.4j])
+def test_a_shape_and_its_line_do_not_depend_on_the_phase_of_the_mode_or_on_its_last_digits(y):
+    """The antinodes are alike, and so are x and y on a circle: rounding decides which of them is the largest."""
+    z, rng = np.linspace(0, pi, 21), np.random.default_rng(1)
+    shape = np.stack([np.sin(2 * z) + 0.3j * np.sin(4 * z), y * np.sin(2 * z) + 0.2 * np.sin(4 * z)], axis=-1)
+    own = over_largest(shape[None])[0]
+    for _ in range(50):
+        noise = 1e-13 * rng.standard_normal(shape.shape)
+        other = over_largest((shape + noise)[None] * np.exp(2j * pi * rng.uniform()))[0]
+        assert other == pytest.approx(own, abs=1e-9)
+        assert deflected_line(*other.T) == pytest.approx(deflected_line(*own.T), abs=1e-9)
 
 
 @pytest.mark.parametrize("step", [0.2, 0.4, 0.8])

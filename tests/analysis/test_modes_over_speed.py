@@ -1,7 +1,10 @@
 """Modes and critical speeds over the speed against a direct search at every speed, on seeded and shipped machines."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy import sparse
 
 import rotorsim as rs
 from compare_modes import SHIPPED, agrees as all_equal, compared
@@ -13,8 +16,17 @@ from rotorsim.analysis.calibrate import figures
 from rotorsim.analysis.campbell import highest_speed, modes_line, searched_line
 from rotorsim.analysis.modes_over_speed import at_whirl, modes_over_speed
 from rotorsim.analysis.whirl_onset import onset_beyond, stability_limit, why_open
+from rotorsim.machine import shipped_machines
 from rotorsim.plant import Plant
-from rotorsim.plant.linearise import FilmResponse, LinearPlant, film_states, region_up_to
+from rotorsim.plant.linearise import (
+    FilmResponse,
+    LinearPlant,
+    film_states,
+    linearise,
+    region_up_to,
+    rotor_models,
+)
+from rotorsim.plant.simulation import settle
 
 RPM = np.pi / 30
 QUICK = (33, 45, 53, 7, 141)
@@ -297,6 +309,21 @@ def test_the_factors_of_a_film_are_those_of_its_whole_matrix(number):
     assert np.abs(np.exp(apart) - 1).max() < 1e-6
 
 
+def test_zeros_and_parts_that_a_matrix_of_a_film_holds_do_not_change_its_determinant():
+    """A zero that is stored in every corner, and each term as two halves."""
+    machine, top = random_machine(0)
+    film = Plant(machine).linearise(0.5 * top, 0.0).film
+    J, s = film.J.tocoo(), np.array([0.3j * top])
+    n = J.shape[0] - 1
+    data = np.concatenate([0.5 * J.data, 0.5 * J.data, np.zeros(4)])
+    rows, columns = np.concatenate([J.row, J.row, [0, 0, n, n]]), np.concatenate([J.col, J.col, [0, n, 0, n]])
+    order, starts = np.argsort(rows, kind="stable"), np.append(0, np.bincount(rows).cumsum())
+    stored = sparse.csr_matrix((data[order], columns[order], starts), J.shape)
+    found = FilmResponse(replace(film, J=stored)).determinant.at(s)
+    for one, own in zip(found, FilmResponse(film).determinant.at(s), strict=True):
+        np.testing.assert_array_equal(one, own)
+
+
 SPRING = 4e6
 """Stiffness of each bearing at rest [N/m]."""
 FREQUENCIES = 2 * np.pi * np.union1d(np.geomspace(0.5, 400.0, 60), np.linspace(40.0, 47.0, 300))
@@ -351,13 +378,13 @@ def test_modes_on_maxwell_elements_are_those_of_the_augmented_system_to_second_o
     assert np.max(errors / np.square(damping)) < 2.0 and np.max(damping) < 2e-3
 
 
-def on_both_axes():
-    """The shipped rotor on tables K = K0 + a v + b w + c v w over two speeds v and three whirl frequencies w."""
+def on_both_axes(last: float = 1000.0):
+    """The shipped rotor on tables K = K0 + a v + b w + c v w over two speeds v and whirl frequencies w to the last."""
     machine = rs.load_machine("plain_rotor")
     points = [
         {"speed": f"{v} rad/s", "whirl_frequency": f"{w} rad/s", "kxx": f"{1e6 + 1e3 * v + 2e3 * w + 10 * v * w} N/m",
          "kxy": f"{1e4 + 5 * v * w} N/m", "cxx": f"{10 + 0.01 * v * w} N*s/m"}
-        for v in (100.0, 500.0) for w in (50.0, 300.0, 1000.0)
+        for v in (100.0, 500.0) for w in (50.0, 300.0, last)
     ]  # fmt: skip
     tables = [
         rs.machine.TableBearing(kind="table", position=f"{b.position} m", points=points) for b in machine.bearings
@@ -379,6 +406,23 @@ def test_tables_over_speed_and_whirl_frequency_hold_at_both(speed):
     widest = np.diff(table.speeds[table.speeds <= 500.0]).max()
     off = np.abs(mesh.tables.at(0, speed)[0] - table.at(speed)[0]).max()
     assert off <= 1.001 * 10 * widest**2 / 4
+
+
+OVER_SPEED = {"whirl": lambda: on_maxwell(1.6e6, 5e-3), "both": on_both_axes, "both, far": lambda: on_both_axes(4e3)}
+OVER_SPEED |= {name: lambda name=name: Plant(name) for name in shipped_machines() if not rs.load_machine(name).films}
+
+
+@pytest.mark.parametrize("name", list(OVER_SPEED))
+def test_a_model_between_those_of_two_speeds_is_the_direct_one(name):
+    """On the kinks of the tables, between and beyond them: to rounding."""
+    plant = OVER_SPEED[name]()
+    a, kinks = plant.assembly, np.unique([0.0, *plant.assembly.mesh.tables.speeds, 1e3])
+    assert rotor_models(a) is not None
+    for speed in (*kinks, *(0.37 * kinks[:-1] + 0.63 * kinks[1:]), *(kinks[-1] * np.array([1.2, 2.3, 7.0]))):
+        model, direct = plant.linearise(speed), linearise(a, settle(a, speed, 0.0), speed)
+        for one in ("stiffness", "damping"):
+            found, own = getattr(model.rotor, one), getattr(direct.rotor, one)
+            np.testing.assert_allclose(found, own, rtol=1e-12, atol=1e-12 * np.abs(own).max())
 
 
 def test_an_onset_on_a_table_over_the_whirl_frequency_is_stated_not_to_be_looked_for():

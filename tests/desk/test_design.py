@@ -146,6 +146,55 @@ def test_of_two_desks_on_one_file_the_second_is_asked_and_its_edits_stay(design)
     assert unsaved_edits(other) is None and not other.unsaved.exists() and design.changed_on_disk()
 
 
+def test_edits_that_another_desk_takes_over_stay_until_both_have_saved_or_undone_them(design):
+    a = make_desk(design.path, design.path.parent)
+    kept = a.design.unsaved
+    a.act("set", {"path": "discs.0.mass", "text": "5"})
+    b = make_desk(design.path, design.path.parent)
+    assert b.design.text == a.design.text
+    b.act("undo", {})
+    assert [one.state(one.design.revision)["saved"] for one in (a, b)] == [False, True]
+    assert kept.read_text() == a.design.text
+    b.act("set", {"path": "discs.0.mass", "text": "6"})
+    assert kept.read_text() == b.design.text
+    b.act("save", {})
+    a.state()
+    b.state()
+    assert kept.read_text() == a.design.text != b.design.text
+    a.act("undo", {})
+    a.act("take", {})
+    assert not kept.exists() and a.design.saved
+
+
+def test_edits_that_the_file_holds_already_are_taken_away(design):
+    design.unsaved.write_text(design.text)
+    assert make_desk(design.path, design.path.parent).design.saved and not design.unsaved.exists()
+    fresh = make_desk("bently_rk4", design.path.parent)
+    assert not fresh.state()["saved"] and not fresh.design.unsaved.exists()
+    design.set("discs.0.mass", "5")
+    design.unsaved.write_text(design.disk)
+    design.undo()
+    assert not design.unsaved.exists()
+
+
+def test_acts_that_come_together_are_carried_out_in_their_order(tmp_path):
+    desk = make_desk("plain_rotor", tmp_path)
+    (route,) = [one for one in application(desk, PanelStream()).routes
+                if one.path == "/desk" and "POST" in one.methods]  # fmt: skip
+
+    def send(content):
+        async def receive():
+            return {"type": "http.request", "body": orjson.dumps(content)}
+
+        request = Request({"type": "http"}, receive)
+        return orjson.loads(asyncio.run(route.endpoint(request)).body)
+
+    acts = [{"act": "set", "path": "discs.0.mass", "text": text} for text in ("5", "6")]
+    found = send({"acts": [*acts, {"act": "undo"}, {"act": "nothing"}, 7]})
+    assert desk.design.machine.discs[0].mass == 5 and "refused" in found
+    assert "refused" not in send({"acts": []}) and "refused" not in send({"acts": 7})
+
+
 def test_edits_are_kept_next_to_the_file_until_they_are_saved_or_undone(design):
     design.set("discs.0.mass", "5")
     assert design.unsaved.read_text() == design.text and design.path.read_text() == design.disk

@@ -29,6 +29,28 @@ ROOT = str(Path(__file__).parents[2])
 PATIENCE = float(os.environ.get("PATIENCE", LONGEST))
 UNIT = {"speed": 30 / 3.141592653589793, "pressure": 1e-6, "impulse": 1e3, "acceleration": 30 / 3.141592653589793}
 
+CONTRAST = """() => {
+  const parts = (text) => text.match(/[\\d.]+/g).map(Number);
+  const linear = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
+  const light = ([r, g, b]) => [r, g, b].map((v) => linear(v / 255))
+    .reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
+  const behind = (one) => {
+    for (let at = one; at; at = at.parentElement) {
+      const found = parts(getComputedStyle(at).backgroundColor);
+      if (found.length === 3 || found[3] > 0.99) return found;
+    }
+    return document.body.classList.contains("body--dark") ? [18, 18, 18] : [255, 255, 255];
+  };
+  const texts = [...document.querySelectorAll(".desk *, .live-head *, .live-page *")];
+  const seen = texts.filter((one) => one.checkVisibility() && !one.disabled &&
+    !one.closest("svg") && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim()));
+  return seen.map((one) => {
+    const [a, b] = [light(parts(getComputedStyle(one).color)), light(behind(one))];
+    return [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), one.outerHTML.slice(0, 90)];
+  });
+}"""
+"""Contrast of every text that is seen with what is behind it, and its element."""
+
 
 def start(folder, *options):
     """A rig as a user would start it, and its address."""

@@ -7,12 +7,14 @@ import pytest
 from rotorsim.live.serving import MOST, OneLine, quiet
 
 
-def test_a_flood_of_log_lines_ends_with_a_line_that_reports_it(capsys):
-    handler = OneLine()
+@pytest.mark.parametrize("name", ["rotorsim live", "rotorsim desk"])
+def test_a_flood_of_log_lines_ends_with_a_line_that_reports_it(capsys, name):
+    handler = OneLine(name)
     for number in range(MOST + 10):
         handler.emit(logging.LogRecord("nicegui", logging.ERROR, "", 0, f"fault {number}", None, None))
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == MOST + 1 and lines[-1] == f"rotorsim live: these were {MOST} lines; no more are written"
+    assert len(lines) == MOST + 1 and lines[-1] == f"{name}: these were {MOST} lines; no more are written"
+    assert all(line.startswith(f"{name}: ") for line in lines)
 
 
 def test_malformed_messages_are_dropped_and_a_closed_page_is_still_seen(monkeypatch):

@@ -105,7 +105,7 @@ export default {
           <p v-if="answers[one.name] && answers[one.name].error" class="desk-sentence" role="alert">{{ answers[one.name].error }}</p>
           <p v-if="unasked(one.name)" class="desk-note" data-large>{{ state.large }} <button @click="compute(one.name)" :aria-label="'compute ' + one.title">Compute</button></p>
           <canvas v-show="drawing(one.name)" :ref="(el) => hold(one.name, el)" role="img" :aria-label="one.title" @mousemove="cursor(one.name, $event.offsetX)" @mouseleave="cursor(one.name, null)"></canvas>
-          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><b v-if="c.alone" :style="{ color: c.colour }">▲ </b><i v-else :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="ghost(one.name)"><i class="desk-ghost"></i>{{ kept ? "design A" : "design before" }}</span></p>
+          <p v-if="drawing(one.name)" class="desk-legend"><span v-for="(c, k) in legend(one.name)" :key="k"><b v-if="c.sign" :style="{ color: c.colour }">{{ c.sign }} </b><i v-else :style="{ borderTop: (c.dash ? '3px dotted ' : '3px solid ') + c.colour }"></i>{{ c.name }}</span><span v-if="ghost(one.name)"><i class="desk-ghost"></i>{{ kept ? "design A" : "design before" }}</span></p>
           <canvas v-if="one.name === 'modes'" v-show="answers.modes?.shapes" class="desk-shape" ref="shape" role="img" aria-label="shaft in the mode that is chosen, moving; drag to turn it" @pointerdown="turn($event)"></canvas>
           <p v-if="answers[one.name]?.shapes" class="desk-legend"><button v-for="(row, k) in answers[one.name].rows" :key="k" :aria-pressed="mode === k" @click="mode = k">mode {{ k + 1 }}</button><button :aria-pressed="moving" @click="moving = !moving">{{ moving ? "stop" : "move" }}</button></p>
           <template v-if="answers[one.name]"><div class="desk-sides"><div class="desk-table" v-if="answers[one.name].rows && answers[one.name].rows.length"><table :data-table="one.name"><thead><tr><th v-for="head in answers[one.name].heads" :key="head" scope="col">{{ head }}</th></tr></thead>
@@ -149,7 +149,10 @@ export default {
     this.theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
     this.keys = (event) => this.shortcut(event);
     window.addEventListener("keydown", this.keys);
-    this.leave = () => { for (const next of this.acts.splice(0)) navigator.sendBeacon("desk", JSON.stringify(next)); }; // what still waits
+    this.leave = () => { // what still waits, in its order
+      const acts = this.acts.splice(0);
+      if (acts.length && !navigator.sendBeacon("desk", JSON.stringify({ acts }))) post("desk", { acts }, true).catch(() => {});
+    };
     window.addEventListener("pagehide", this.leave);
     window.deskTimes = [];
     this.take(await (await fetch("desk")).json());
@@ -458,9 +461,10 @@ export default {
     },
     legend(name) {
       const colours = theme(this.dark); // read again when the page turns dark
-      const alone = (y) => y.every((v, k) => v === null || !k || y[k - 1] === null); // points without a line
+      const alone = ({ y, marks }) => Boolean(marks) && y.every((v, k) => v === null || !k || y[k - 1] === null); // points without a line
+      const sign = (one) => alone(one) && ({ f: "▲", b: "▼" }[one.marks[one.y.findIndex((v) => v !== null)]] || "●");
       const { curves, y } = this.answers[name], inside = (v) => v !== null && (!y.range || (v >= y.range[0] && v <= y.range[1]));
-      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: shade(colours, one.colour), dash: one.dash, alone: alone(one.y) }));
+      return curves.filter((one) => one.colour >= 0 && one.y.some(inside)).slice(0, 10).map((one) => ({ name: one.name, colour: shade(colours, one.colour), dash: one.dash, sign: sign(one) }));
     },
     verdict(row) {
       const last = row.at(-1) || "";

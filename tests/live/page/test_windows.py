@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from live_browser import IN_BROWSER, PATIENCE, expect, fill, frame, until
+from live_browser import CONTRAST, IN_BROWSER, PATIENCE, expect, fill, frame, until
 from waiting import window
 
 pytestmark = IN_BROWSER
@@ -72,3 +72,14 @@ def test_every_scene_of_the_tour_opens(page):
         stopped = frame(page)["status"]["stopped"]  # whirl grows as long as nobody acts: in time no step has a solution
         assert stopped == "" or (title == "Whirl onset" and stopped.startswith("plant: no solution of the step"))
     until(page, lambda s: s["controller"] == "hinf")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_every_text_has_a_contrast_of_four_and_a_half(page, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.reload()
+    page.wait_for_function("window.rotorsimFrames > 3", timeout=PATIENCE * 1e3)
+    page.wait_for_function(f"document.body.classList.contains('body--dark') === {str(scheme == 'dark').lower()}")
+    found = page.evaluate(CONTRAST)
+    assert len(found) > 20
+    assert [one for one in found if one[0] < 4.5] == []
