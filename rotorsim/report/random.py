@@ -22,7 +22,7 @@ SHARED = (
     "Shares in the scatter by regression of ranks. They are estimates, which add up to R^2: among few machines values "
     "go together by chance, and one share may be below 0 and another above 100 %."
 )
-"""What the shares are."""
+"""Note on the shares of a tolerance."""
 
 
 @page_of(RandomResult)
