@@ -619,14 +619,14 @@ def by_odds(verdict: SearchVerdict, odds: Sequence[Explanation], known: Iterable
     """The verdict of a search as the odds have it; unchanged where there are none."""
     if not odds:
         return verdict
+    nothing = sum(e.probability for e in odds if not e.effects and not e.beyond)
     beyond = sum(e.probability for e in odds if e.beyond)
+    if nothing >= SURE and verdict.status != "no_disagreement":
+        return replace(verdict, status="no_disagreement", best=None, rivals=(), classes=())
     if verdict.status in ("named", "tie") and verdict.best is not None:
         if beyond > LIKELY:
             return replace(verdict, status="partial", rivals=())
         return _of_names(verdict, verdict.best, odds, set(known))
-    nothing = sum(e.probability for e in odds if not e.effects and not e.beyond)
-    if verdict.status in ("unknown", "partial") and nothing >= SURE:
-        return replace(verdict, status="no_disagreement", best=None, rivals=(), classes=())
     return _most_probable_part(verdict, odds, set(known)) if verdict.status == "partial" else verdict
 
 

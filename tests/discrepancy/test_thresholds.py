@@ -87,6 +87,9 @@ def test_no_name_where_something_else_is_more_likely_than_not():
 
 def test_what_is_within_the_error_of_the_models_form_is_no_disagreement():
     assert by_odds(search("unknown"), odds(nothing=0.96), KNOWN).status == "no_disagreement"
+    a, b = fitted(COUPLING), fitted(RUNOUT)
+    no_name = by_odds(search("tie", a, b, rivals=[b]), odds((RUNOUT, 0.04), nothing=0.96), KNOWN)
+    assert (no_name.status, no_name.best, no_name.rivals) == ("no_disagreement", None, ())
     assert by_odds(search("unknown"), odds(nothing=0.9), KNOWN).status == "unknown"
     assert by_odds(search("unknown"), (), KNOWN).status == "unknown"
 
