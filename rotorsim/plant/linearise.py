@@ -471,9 +471,11 @@ class LinearPlant(Shown):
         rotor = self.rotor
 
         def log_det(s: np.ndarray) -> np.ndarray:
-            film, Z = (0.0, np.zeros((0, 0))) if self.film is None else self.response.determinant.at(s)
             x = s[:, None, None]
             bare = rotor.stiffness + x * rotor.damping + x**2 * np.eye(len(rotor.stiffness))
+            if self.film is None:
+                return log_of(bare)
+            film, Z = self.response.determinant.at(s)
             return log_of(bare + rotor.Bf.T @ Z @ rotor.Bf) + film
 
         return each_once(log_det)

@@ -183,7 +183,12 @@ def check_shipped(name):
     values, whirl, ratio = modes(machine, speed, pressure)
     back, turned, turned_ratio = modes(mirrored(machine), -speed, pressure)
     assert back == pytest.approx(values, rel=1e-5)
-    assert (turned == whirl).all() and turned_ratio == pytest.approx(ratio, abs=1e-3)
+    model = Plant(machine).linearise(speed, pressure)
+    # an orbit at a node of the mode is rounding
+    m = len(model.shapes)
+    moves = np.abs(model.H[:, -2 * m : -m] @ model.shapes).max(axis=0) > 1e-9 * np.abs(model.shapes).max(axis=0)
+    assert moves.sum() >= 6
+    assert (turned == whirl)[moves].all() and turned_ratio[moves] == pytest.approx(ratio[moves], abs=1e-3)
 
 
 def test_a_shaft_coasts_to_rest_from_either_sense():
