@@ -17,7 +17,7 @@ place outside, and the two hide each other.
 
 Source: Delves and Lyness (1967).
 
-Cites: saad_2011, delves_lyness_1967.
+Cites: saad_2011, delves_lyness_1967, ostrowski_1959.
 """
 
 from __future__ import annotations

@@ -843,9 +843,9 @@ def _margin_checks(r: DesignReview) -> Iterator[DesignCheck]:
     if not asking:
         known = "no critical speed needs a margin" if r.criticals else "no mode crosses 1X"
         yield DesignCheck("Separation margins", "at least", 16.0, None, "%", MET, "margin", known)
-    for a, b in r.open_speeds:
-        yield DesignCheck(f"Critical speeds from {a * TO_RPM:.0f} to {b * TO_RPM:.0f} rpm", "at least", 16.0, None, "%",
-                          OPEN, "margin", "",
+    for a, b in dict.fromkeys((f"{a * TO_RPM:.0f}", f"{b * TO_RPM:.0f}") for a, b in r.open_speeds):
+        where = f"from {a} to {b} rpm" if a != b else f"near {a} rpm"
+        yield DesignCheck(f"Critical speeds {where}", "at least", 16.0, None, "%", OPEN, "margin", "",
                           "the film does not carry there, or the number of modes is not proven")  # fmt: skip
 
 

@@ -84,7 +84,7 @@ MOST_VALUES = 24
 """Values of a machine, at most, that are changed."""
 DIGITS = 7
 """Digits of a value in a curve."""
-SMALLEST = 12
+SHAPE_DECIMALS = 12
 """Decimals of a mode shape: what is below is rounding, which another order of computing changes."""
 LAST = {MISSED: -inf, OPEN: inf, MET: inf}
 """Place of a requirement without a number among the reserves: one that is not met comes first."""
@@ -379,7 +379,7 @@ def _response_of(found: xr.Dataset) -> Plain:
 @panel("modes", "Mode shapes")
 def _modes(case: DesignCase) -> Plain:
     found = case.modes.isel(mode=slice(DRAWN))
-    shape = np.round(found["shape_re"].values + 1j * found["shape_im"].values, SMALLEST)  # 1 is the largest
+    shape = np.round(found["shape_re"].values + 1j * found["shape_im"].values, SHAPE_DECIMALS)  # 1 is the largest
     z = found["z"].values * 1e3
     curves = [_curve(f"mode {k + 1}", z, deflected_line(*shape[k].T), k) for k in range(len(shape))]
     rows = [

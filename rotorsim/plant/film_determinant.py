@@ -8,9 +8,9 @@ pivots, as its diagonal is large:
 The pivots make the determinant of A, and what is left of the last rows is -Z(s). Every place of the matrix holds its
 values at all frequencies side by side: one walk through the pattern serves them all.
 
-Source: Duff et al. (2017), chapters 5 and 12 (symbolic and numeric elimination with diagonal pivots).
+Source: Duff, Erisman & Reid (2017): symbolic and numeric elimination with pivots on the diagonal.
 
-Cites: saad_2011.
+Cites: duff_2017.
 """
 
 from __future__ import annotations
