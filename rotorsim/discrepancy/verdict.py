@@ -100,11 +100,16 @@ class SearchVerdict:
 
 
 def judge(search: EffectSearch) -> SearchVerdict:
-    """Search single effects, then pairs, then triples until one explains the flagged misfit; singles if unflagged."""
+    """Search single effects, then pairs, then triples until one explains the flagged misfit; singles if unflagged.
+
+    Where less than `A_FIFTH` of the misfit repeats none can be named, nor help: single effects next to the calibration
+    are fitted all the same, as rivals of a law and for the odds.
+    """
     known = {f.key for f in search.forms}
     tried: list[Hypothesis] = []
-    for size in range(1, (MOST_EFFECTS if search.base_excess > 0 else 1) + 1):
-        found = search.best_singles() if size == 1 else search.best_sets(size)
+    flagged, hopeless = search.base_excess > 0, search.most_gone < A_FIFTH
+    for size in range(1, (MOST_EFFECTS if flagged and not hopeless else 1) + 1):
+        found = search.singles() if hopeless else search.best_singles() if size == 1 else search.best_sets(size)
         tried += found
         # not where some of its effects alone fit the records as well
         good = [
