@@ -634,15 +634,17 @@ class DiagnosisRun:
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
         return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False)
 
-    def _rivals_converged(self, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+    def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
 
-        Sensitivities foretell how near each comes.
+        Sensitivities foretell how near each comes. One of which they do not promise half of the way to the priced sum
+        of squares of the `law` stays as it is.
         """
         near = sorted(rivals, key=priced)[:1]
         foretold = sorted(rivals, key=lambda h: priced(h) - fall(h.fit))
         two = [*near, *(h for h in foretold if h is not near[0])][:2]
-        return [replace(h, fit=self._with_shear(h.fit)) for h in two]
+        return [replace(h, fit=self._with_shear(h.fit)) if 2 * fall(h.fit) > priced(h) - law - CLEAR else h
+                for h in two]  # fmt: skip
 
     def _without_name(
         self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
@@ -679,7 +681,7 @@ class DiagnosisRun:
         if not laws or base.cost - laws[0].priced < CLEAR:
             return ""
         law = laws[0]
-        rival = min(self._rivals_converged(rivals), key=priced, default=None)
+        rival = min(self._rivals_converged(rivals, law.priced), key=priced, default=None)
         known = base.cost if rival is None else min(base.cost, priced(rival))
         if known - law.priced < CLEAR:
             return ""

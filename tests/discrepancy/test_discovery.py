@@ -674,9 +674,18 @@ def test_the_nearest_rival_of_a_law_and_the_one_that_may_come_nearest_are_fitted
     run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
     monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
     rivals = [rival(*one) for one in zip("abc", (400.0, 430.0, 440.0), slopes, strict=True)]
-    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals)}
+    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals, 400.0)}
     assert found == {h.forms[0].key: h.fit.cost - 1.0 for h in rivals if h.forms[0].key in two}
-    assert run._rivals_converged([]) == []
+    assert run._rivals_converged([], 400.0) == []
+
+
+@pytest.mark.parametrize(("law", "converged"), [(140.0, True), (130.0, False)])
+def test_a_rival_that_sensitivities_leave_far_behind_a_law_is_not_fitted_on(law, converged, monkeypatch):
+    """A fall of 81 is foretold, and twice that and what a name takes are 262 below 400."""
+    run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
+    monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
+    (found,) = run._rivals_converged([rival("a", 400.0, 3.0)], law)
+    assert found.fit.cost == (399.0 if converged else 400.0)
 
 
 @pytest.mark.parametrize(("diameter", "fitted"), [("20 mm", True), ("300 mm", False)])
