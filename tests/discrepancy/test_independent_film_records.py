@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 import pytest
-from independent_film import Film
 from scipy.optimize import fsolve
 
 import identification as idn
+from independent_film import Film
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import FINE_GRID, GRID
 from rotorsim.machine import load_machine
