@@ -125,7 +125,7 @@ def test_a_fault_does_not_make_others_that_are_none():
 
 @pytest.mark.parametrize(("bearing", "problems"), [(None, 1), (1, 2)])
 def test_injectors_are_in_the_film_that_is_stated_while_another_kind_is_mistyped(bearing, problems):
-    """The first film, whose kind is mistyped, has the injectors; or the second one, which is too short, by its number."""
+    """The first film, whose kind is mistyped, has the injectors; or the second one, too short, by its number."""
     machine = load_machine("dtu_gas_bearing")
     first = "\n".join(f"{key} = {value}" for key, value in {
         "kind": '"gas_fim"', "position": '"60 mm"', "diameter": '"40 mm"', "length": '"40 mm"', "clearance": '"25 um"',
