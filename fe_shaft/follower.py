@@ -84,7 +84,7 @@ class Followed:
 
     @cached_property
     def breaks(self) -> dict[int, list[tuple[int, int]]]:
-        """By the node before them: the places at which modes begin or end because they are not certain."""
+        """Places at which modes begin or end because they are not certain, by the node before."""
         out: dict[int, list[tuple[int, int]]] = {}
         for branch in self.branches:
             (i, j), (n, k) = branch.places[0], branch.places[-1]

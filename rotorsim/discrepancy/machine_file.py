@@ -198,7 +198,8 @@ def total_unbalance(
     R = [[1.0 if a == b else related.get(f"{a}, {b}", related.get(f"{b}, {a}", 0.0)) for a in keys] for b in keys]
     total = np.array([[float(key.endswith(part)) for key in keys] for part in (".c", ".s")])
     before = sum(wave(effect, "me", "phase") for effect in machine.effects["unbalance"])
-    size, _, error, _ = sd_of_polar(*(total @ change), total @ (R * np.outer(sd, sd)) @ total.T, before)
+    c, s = (total @ change).tolist()
+    size, _, error, _ = sd_of_polar(c, s, total @ (R * np.outer(sd, sd)) @ total.T, before)
     yield RecalibratedValue("", size, error, abs(before), "kg*m", UNBALANCE, "the unbalance of all planes together")
 
 

@@ -251,8 +251,8 @@ def _injectors(machine: MachineTables) -> Iterator[tuple[str, GasFilm, float, fl
     if number is None:  # the first film: a bearing before it that has no kind ends this check
         number = next((i for i, bearing in enumerate(machine.bearings) if bearing.kind == "gas_film"), -1)
     film, width = dict(films_of(machine)).get(f"bearings.{int(number)}"), machine.injection.orifice_diameter
-    for i, one in enumerate(machine.injectors if film is not None else ()):
-        yield f"injectors.{i}", film, getattr(one, "offset", 0.0), width
+    if film is not None:
+        yield from ((f"injectors.{i}", film, getattr(x, "offset", 0.0), width) for i, x in enumerate(machine.injectors))
 
 
 def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:
