@@ -7,6 +7,9 @@ A mode j at one value and a mode k at the next are one where their left and righ
 and steps are halved until that holds for every mode of the region. A branch so begins and ends at the ends of the
 range, at a border of the region or where there is no pencil (a film that does not carry); it never jumps.
 
+The pencil may jump, as where a foil's one-sided strip meets its bump. No step is shorter than `JUMP` of the value
+there: modes that differ across it have no common branch.
+
 Source: Friswell et al. (2010), section 6.8; the overlap is the modal assurance of Allemang with left vectors.
 
 Cites: friswell_2010.
@@ -16,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -30,6 +34,8 @@ INDISTINCT = 1e-7
 """Relative distance of eigenvalues whose vectors rounding mixes: they are turned into those of the neighbour."""
 FINEST = 2e-7
 """Shortest step over the range: a mode that is not certain there ends."""
+JUMP = 1e-11
+"""Shortest step over the value itself, above its rounding: what changes across it jumps."""
 CARRIED = 1e-3
 """Step over the range after which the end of the values that have a pencil is known well enough."""
 SHORTEST = 1e-7
@@ -76,12 +82,21 @@ class Followed:
         at = np.array([self.nodes[i].at for i, _ in branch.places])
         return at, np.array([self.nodes[i].modes.values[k] for i, k in branch.places])
 
+    @cached_property
+    def breaks(self) -> dict[int, list[tuple[int, int]]]:
+        """Places at which modes begin or end because they are not certain, by the node before."""
+        out: dict[int, list[tuple[int, int]]] = {}
+        for branch in self.branches:
+            (i, j), (n, k) = branch.places[0], branch.places[-1]
+            for before, place, why in ((i - 1, (i, j), branch.begins), (n, (n, k), branch.ends)):
+                if why == "not certain":
+                    out.setdefault(before, []).append(place)
+        return out
+
     @property
     def uncertain(self) -> list[tuple[float, float]]:
         """Intervals of the parameter at whose ends a mode could not be followed further."""
-        begun = [b.places[0][0] for b in self.branches if b.begins == "not certain"]
-        ended = [b.places[-1][0] + 1 for b in self.branches if b.ends == "not certain"]
-        return [(self.nodes[i - 1].at, self.nodes[i].at) for i in sorted({*begun, *ended})]
+        return [(self.nodes[i].at, self.nodes[i + 1].at) for i in sorted(self.breaks)]
 
 
 def follow(family: Family, values: Sequence[float], region: Region, hints: Sequence[float] = ()) -> Followed:
@@ -116,7 +131,7 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
         here, there = nodes[-1], waiting[-1]
         step = there.at - here.at
         if (here.pencil is None) != (there.pencil is None):
-            if step > CARRIED * width:
+            if step > CARRIED * width and not jumps(here.at, there.at):
                 waiting.append(node(0.5 * (here.at + there.at), (here if there.pencil is None else there).modes))
                 continue
             one: dict[int, int] = {}
@@ -128,7 +143,7 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
             if len(nodes) > 1 and nodes[-2].pencil is not None and region.holds(late).any():
                 nodes[-2], here, links[-1] = _linked(nodes[-2], here, region, first=False)
             certain = _all_linked(here, there, one, region)
-            if not certain and step > FINEST * width:
+            if not certain and step > FINEST * width and not jumps(here.at, there.at):
                 waiting[-1] = there
                 nodes[-1] = here
                 waiting.append(node(0.5 * (here.at + there.at), here.modes))
@@ -138,6 +153,11 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
         links.append(one)
         waiting.pop()
     return Followed(region, tuple(nodes), _branches(nodes, links, region))
+
+
+def jumps(a: float, b: float) -> bool:
+    """Whether what changes between two values jumps: they are too near to one another for a step between them."""
+    return abs(b - a) <= JUMP * max(abs(a), abs(b))
 
 
 def filled(values: Sequence[float]) -> list[float]:

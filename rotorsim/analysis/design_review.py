@@ -33,11 +33,12 @@ from reynolds import kernels
 from rotorsim.analysis import standards
 from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
-from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
+from rotorsim.analysis.modes_over_speed import ModesOverSpeed, around, modes_over_speed
 from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
 from rotorsim.analysis.standards import HalfPower
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import stability_limit, why_open
+from rotorsim.base.display import Report, silent
 from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError, RotorsimError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import ALIKE, first_of_largest, whirl_sense
@@ -274,6 +275,7 @@ def design_review(
     speeds: tuple[float, float] | None = None,
     pressure: float = 0.5e6,
     sensitivity: float | None = None,
+    progress: Report = silent,
 ) -> DesignReview:
     """Review the design of a machine by the rules of API 617/684, ISO 21940-11, ISO 20816-3 and ISO 14839-3.
 
@@ -287,6 +289,8 @@ def design_review(
         Gauge supply pressure [Pa].
     sensitivity : float, optional
         Largest sensitivity of a control law's loop.
+    progress : callable
+        Takes a text about each step before it starts.
 
     Raises
     ------
@@ -307,7 +311,10 @@ def design_review(
     axial = axial_curves(plant.machine, high, pressure, BEYOND) if plant.machine.thrust_bearings else None
     pressure = float(felt([plant.machine], [pressure])[0])
     at = np.unique([*np.linspace(0.0, high, STEPS + 1), *np.linspace(high, BEYOND * high, FURTHER + 1), low])
-    found = modes_over_speed(plant, at, pressure, FIRST, (1,))
+    last = around(at)[-1] * TO_RPM
+    found = modes_over_speed(
+        plant, at, pressure, FIRST, (1,), lambda text: progress(f"step 1 of 3, {text} of 0 to {last:.0f} rpm")
+    )
     loads = static_loads(plant)
     modes = critical_lines(plant, found)
     cases = _cases(plant, modes, loads, high)
@@ -315,8 +322,9 @@ def design_review(
     places = _looked(plant, probes)
     gaps = list(_gaps(plant))
     known = np.unique(np.round([*plant.assembly.mesh.nodes, *places.values(), *(z for _, z, _ in gaps)], 9))
-    responses = _responses(plant, found, modes, cases, known, pressure, high)
+    responses = _responses(plant, found, modes, cases, known, pressure, high, progress)
     scales = _scales(responses, cases, probes, (low, high))
+    progress(f"step 3 of 3, films at {high * TO_RPM:.0f} rpm and the figures")
     films, gap, refused = _films(plant, high, pressure)
     return DesignReview(
         plant, low, high, pressure, stated,
@@ -611,7 +619,7 @@ def _gaps(plant: Plant) -> Iterator[tuple[str, float, float]]:
 
 def _responses(
     plant: Plant, found: ModesOverSpeed, modes: Sequence[CriticalSpeed], cases: Sequence[UnbalanceCase],
-    places: np.ndarray, pressure: float, high: float,
+    places: np.ndarray, pressure: float, high: float, progress: Report,
 ) -> xr.Dataset:  # fmt: skip
     """Major half axes (case, speed, z) [m, 0-pk] and least damping ratio (speed) up to the last speed looked at."""
     nodes = {node.at: node.pencil for node in found.followed.nodes}
@@ -623,6 +631,7 @@ def _responses(
     loads = np.column_stack([_load(plant, case) for case in cases])
     q = np.full((len(speeds), *loads.shape), np.nan, complex)
     for k, speed in enumerate(speeds.tolist()):
+        progress(f"step 2 of 3, unbalance response at {k + 1} of {len(speeds)} speeds")
         model = nodes.get(speed)
         try:
             model = model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure)
