@@ -14,7 +14,7 @@ from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import NO_PEACE, DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import NO_PEACE, TOO_UNSTEADY, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     NOT_PERIODIC,
@@ -674,9 +674,18 @@ def test_the_nearest_rival_of_a_law_and_the_one_that_may_come_nearest_are_fitted
     run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
     monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
     rivals = [rival(*one) for one in zip("abc", (400.0, 430.0, 440.0), slopes, strict=True)]
-    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals)}
+    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals, 400.0)}
     assert found == {h.forms[0].key: h.fit.cost - 1.0 for h in rivals if h.forms[0].key in two}
-    assert run._rivals_converged([]) == []
+    assert run._rivals_converged([], 400.0) == []
+
+
+@pytest.mark.parametrize(("law", "converged"), [(140.0, True), (130.0, False)])
+def test_a_rival_that_sensitivities_leave_far_behind_a_law_is_not_fitted_on(law, converged, monkeypatch):
+    """A fall of 81 is foretold, and twice that and what a name takes are 262 below 400."""
+    run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
+    monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
+    (found,) = run._rivals_converged([rival("a", 400.0, 3.0)], law)
+    assert found.fit.cost == (399.0 if converged else 400.0)
 
 
 @pytest.mark.parametrize(("diameter", "fitted"), [("20 mm", True), ("300 mm", False)])
@@ -699,10 +708,10 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     assert Mesh(machine).shear_share == pytest.approx(expected, rel=0.02)
 
 
-def judged_laws(laws, best, more, flags, monkeypatch, drifts=()):
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=()):
     """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
 
-    A drift explains what terms with the names of `drifts` do.
+    A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat.
     """
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
@@ -722,8 +731,8 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=()):
     run = DiagnosisRun(machine, models, {"fit": part}, (), [], 0.0, lambda stage, most=0: None)
     seen = SimpleNamespace(columns=lambda place, term, shape: np.full((3, 2), 0.0 if term.name in drifts else 1e3))
     other = SimpleNamespace(seen=seen, beyond_drift=np.max)
-    found = run._discovered(base, flags, [], {"fit": None}, [], [], other)
-    return found and found.discovered
+    found = run._discovered(base, flags, apart, {"fit": None}, [], [], other)
+    return getattr(found, "discovered", found)
 
 
 @pytest.mark.parametrize("drifts", ["dry", "cubic"])
@@ -740,6 +749,14 @@ def test_a_law_that_a_drift_explains_is_no_candidate_and_the_next_one_is(drifts,
     found = judged_laws(laws, left, 0.01, [1], monkeypatch, (drifts,))
     assert found[0] == laws[left].names and tried == [found[0]]
     assert judged_laws(laws, left, 0.01, [1], monkeypatch, ("dry", "cubic")) == ""
+
+
+@pytest.mark.parametrize(("unsteady", "fitted"), [(4.0, True), (6.0, False)])
+def test_a_law_is_not_fitted_where_more_than_it_may_leave_does_not_repeat(unsteady, fitted, monkeypatch):
+    apart = [SimpleNamespace(excess=unsteady)]
+    flags, law = [SimpleNamespace(excess=100.0 - unsteady), *apart], law_of("cubic")
+    found = judged_laws([law], 0, 0.01, flags, monkeypatch, apart=apart)
+    assert found == ((law.names, []) if fitted else TOO_UNSTEADY.format(law.names))
 
 
 @pytest.mark.parametrize(("softer", "own"), [(1.2, True), (0.1, False)])
