@@ -333,7 +333,8 @@ class _Springs:
         with np.errstate(divide="ignore"):
             least = 1 / (highest * (1 + _BEYOND)) ** 2
         above = self.inverse - least[:, None]
-        soft = np.eye(self.held.shape[1]) - least[:, None, None] * self.stiffer * (self.held.T / above[:, None]) @ self.held
+        moved = (self.held.T / above[:, None]) @ self.held
+        soft = np.eye(self.held.shape[1]) - least[:, None, None] * self.stiffer * moved
         springs = (np.linalg.eigvalsh(np.where(np.isfinite(soft), soft, 0.0)) > 0).sum(axis=1) - soft.shape[1]
         return np.where(highest > 0, (above > 0).sum(axis=1) + springs, 0.0)
 

@@ -27,19 +27,17 @@ import xarray as xr
 
 from fe_shaft.follower import Node
 from fe_shaft.modal import half_axes
-from fe_shaft.response import StaticResult, run_static, weight
-from fe_shaft.shaft import BearingElement
+from fe_shaft.response import GRAVITY, weight
 from reynolds import kernels
 from rotorsim.analysis import standards
 from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
 from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
-from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
+from rotorsim.analysis.shaft_motion import driven, measuring_places, unbalances_of
 from rotorsim.analysis.standards import HalfPower
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import stability_limit, why_open
 from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError, RotorsimError
-from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import ALIKE, first_of_largest, whirl_sense
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
@@ -91,8 +89,6 @@ CHANGED = 1e-3
 """Relative change of a value by which a slope is measured."""
 OF_MODE = re.compile(r"\d+ rpm|, \S+ Hz, (no|one|\d+) nodes?$")
 """Speed, frequency and shape of a mode in the name of a requirement."""
-STANDARD_GRAVITY = 9.80665
-"""Acceleration [m/s^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -413,7 +409,7 @@ def static_loads(plant: Plant) -> np.ndarray:
 
     Nominal stiffnesses matter with three bearings or more.
     """
-    return _resting(plant, 1.0).bearing_forces[:, 1]
+    return plant.assembly.mesh.resting.bearing_forces[:, 1] / GRAVITY
 
 
 def static_deflection(plant: Plant) -> xr.Dataset:
@@ -442,7 +438,7 @@ def static_deflection(plant: Plant) -> xr.Dataset:
     >>> abs(float(found["load"].sum()) / 9.80665 / rs.load_machine("plain_rotor").mass - 1) < 1e-9
     True
     """
-    found, nodes = _resting(plant, STANDARD_GRAVITY), plant.assembly.mesh.nodes
+    found, nodes = plant.assembly.mesh.resting, plant.assembly.mesh.nodes
     sag = -found.displacement[1 : 4 * len(nodes) : 4]
     return xr.Dataset(
         {
@@ -455,18 +451,6 @@ def static_deflection(plant: Plant) -> xr.Dataset:
         },
         plant.provenance() | {"kind": "static"},
     )
-
-
-def _resting(plant: Plant, gravity: float) -> StaticResult:
-    """Rest of shaft and discs under gravity [m/s2] on the bearings' nominal stiffness."""
-    mesh, held = plant.assembly.mesh, []
-    for bearing in plant.machine.bearings:
-        K = bearing.coefficients
-        own = bearing.spring or (0.5 * float(np.trace(K[0])) if K is not None else 0.0)
-        held.append(BearingElement(mesh.node(bearing.position), own, 0.0))
-    points = [p for p in mesh.constant.point_mass_elements if p.n < len(mesh.nodes)]
-    rotor = replace(mesh.constant, bearing_elements=held, point_mass_elements=points)
-    return run_static(rotor, gravity)
 
 
 def critical_lines(plant: Plant, found: ModesOverSpeed) -> list[CriticalSpeed]:
@@ -619,19 +603,16 @@ def _responses(
     more = [high] + [m.speed * (1 + k * max(m.zeta, 1e-4)) for m in modes for k in AROUND]
     speeds = np.unique(np.round([*nodes, *np.linspace(0, last, RESPONSES + 1)[1:], *more], 6))
     speeds = speeds[(speeds > 0) & (speeds <= last)]
-    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
-    loads = np.column_stack([_load(plant, case) for case in cases])
-    q = np.full((len(speeds), *loads.shape), np.nan, complex)
-    for k, speed in enumerate(speeds.tolist()):
+    models = list[LinearPlant | None]()
+    for speed in speeds.tolist():
         model = nodes.get(speed)
         try:
-            model = model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure)
+            models.append(model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure))
         except (NoLiftOffError, ConvergenceError):
-            continue
-        with one_thread():
-            D = model.dynamic_stiffness(1j * speed)
-            q[k] = np.linalg.solve(D, np.pad(speed**2 * loads, ((0, len(D) - len(loads)), (0, 0))))[: len(loads)]
-    x, y = (rows[:, axis] @ q for axis in range(2))
+            models.append(None)
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
+    q = driven(models, speeds, np.column_stack([_load(plant, case) for case in cases]))
+    x, y = (np.moveaxis(np.tensordot(rows[:, axis], q, (1, 1)), 0, 1) for axis in range(2))
     size = half_axes(x, y)[0]
     major = np.where(size > ROUNDED * size.max(axis=1, keepdims=True), size, 0.0 * size).transpose(2, 0, 1)
     known = [(node.at, damping_of(found, node)) for node in found.followed.nodes if node.pencil is not None]
