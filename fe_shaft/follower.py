@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -185,7 +186,7 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
     try:
         there = np.linalg.solve(S, J)
-        found = through(np.diag(modes.values), there, np.arange(len(S)))
+        found = through(np.diag(modes.values), there, np.arange(len(S)), (modes.values, np.eye(len(S))))
         if found is None:
             return None
         values, turn = found
@@ -195,19 +196,19 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
 
 
 def through(
-    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp]
+    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp], known: Any = None
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
     """Eigenvalues and vectors of a small matrix, as those of another one become them; None where that is not certain.
 
     The first matrix is changed into the last one in as many steps as it takes: modes that exchange their vectors over a
     short way, as the two planes of a rotor do near rest, need no more nodes. `chosen` are those of
-    ``numpy.linalg.eig(first)`` that have to be certain.
+    ``numpy.linalg.eig(first)``, or of what is `known` in its place, that have to be certain.
     """
-    values, turn = np.linalg.eig(first)
+    values, turn = known or np.linalg.eig(first)
     back, now, step = np.linalg.inv(turn), 0.0, 1.0
     while now < 1:
         step = min(step, 1 - now)
-        new, vectors = np.linalg.eig(first * (1 - now - step) + last * (now + step))
+        new, vectors = np.linalg.eig(last if now + step == 1 else first * (1 - now - step) + last * (now + step))
         inverse = np.linalg.inv(vectors)
         P = np.abs((back @ vectors) * (inverse @ turn).T)
         best = _pairs(P)[1]
@@ -242,11 +243,11 @@ def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) ->
 def _with_partners(node: Node, other: Node, region: Region) -> Node:
     """The node with what the modes of the other one become here, if that is not among its modes yet."""
     assert node.pencil is not None and other.pencil is not None
-    P = overlap(other.pencil, other.modes, node.pencil, node.modes)
-    alone = region.holds(other.modes.values) & ((P.max(axis=1) if P.shape[1] else np.zeros(len(P))) < PARTNER)
+    inside = other.modes.take(region.holds(other.modes.values))
+    alone = overlap(other.pencil, inside, node.pencil, node.modes).max(axis=1, initial=0.0) < PARTNER
     if not alone.any():
         return node
-    known, more = node.modes, refined(node.pencil, other.modes.take(alone))
+    known, more = node.modes, refined(node.pencil, inside.take(alone))
     found = joined(node.pencil, known, more)
     if known.proven:
         return replace(node, modes=replace(found, missing=known.missing, quotient=known.quotient))

@@ -236,7 +236,7 @@ class DesignReview:
         """The unbalance of the machine file, or one of grade G 2.5 without it."""
         return self.cases[-1]
 
-    @property
+    @cached_property
     def checks(self) -> tuple[DesignCheck, ...]:
         """Requirements, in the order of the page."""
         return tuple(_checks(self))
