@@ -160,7 +160,9 @@ def overlap(a: Pencil, of_a: Modes, b: Pencil, of_b: Modes) -> NDArray[np.float6
 
 def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node, Node, dict[int, int]]:
     """Both nodes, with modes outside the region that those of the other one become, and how they continue."""
-    assert here.pencil is not None and there.pencil is not None
+    alike = _at_once(here, there, region)
+    if alike is not None:
+        return here, there, alike
     here = _with_partners(here, there, region)
     there = _with_partners(there, here, region)
     there = _turned(there, here)
@@ -177,6 +179,25 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
     pairs = [(j, k) for j, k in zip(*_pairs(P), strict=True) if shared[j, k] > CERTAIN]
     pairs = [(j, k) for j, k in pairs if P[j, k] < CERTAIN or P[:, k].argmax() == j]
     return here, there, {int(near[j]): int(k) for j, k in pairs}
+
+
+def _at_once(here: Node, there: Node, region: Region) -> dict[int, int] | None:
+    """How modes continue whose overlap is certain as they are; None where one's is not or where two are indistinct."""
+    assert here.pencil is not None and there.pencil is not None
+    near = np.flatnonzero(region.wider.holds(here.modes.values))
+    if not near.size or _indistinct(here.modes.values) or _indistinct(there.modes.values):
+        return None
+    P = overlap(here.pencil, here.modes.take(near), there.pencil, there.modes)
+    best = P.argmax(axis=1).tolist()
+    inside = np.flatnonzero(region.holds(there.modes.values)).tolist()
+    if P.max(axis=1).min() < CERTAIN or len(set(best)) < len(best) or not set(inside) <= set(best):
+        return None
+    return dict(zip(near.tolist(), best, strict=True))
+
+
+def _indistinct(s: NDArray[np.complex128]) -> bool:
+    """Whether rounding mixes the vectors of two eigenvalues."""
+    return bool(((np.abs(s - s[:, None]) < INDISTINCT * np.abs(s)).sum(axis=0) > 1).any())
 
 
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
