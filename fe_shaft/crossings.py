@@ -209,7 +209,7 @@ class _Line:
         The slopes at both, towards each other and towards the places around them, tell how far the mode may deviate
         from the straight line between; an interval in which that leaves a crossing open is halved.
         """
-        width, turn = b.at - a.at, order * np.sign(a.at + b.at)
+        width, turn = b.at - a.at, order * float(np.sign(a.at + b.at))
         mean = (b.size - a.size) / width
         bend = max(abs(self._slope(p, q) - mean) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1])))
         gaps = a.size - order * abs(a.at), b.size - order * abs(b.at)
@@ -292,7 +292,7 @@ class _Line:
         def gap(place: _Place) -> float:
             return place.size - order * abs(place.at)
 
-        turn, upward = order * np.sign(a.at + b.at), (gap(b) > gap(a)) == (a.at + b.at > 0)
+        turn, upward = order * float(np.sign(a.at + b.at)), (gap(b) > gap(a)) == (a.at + b.at > 0)
         low, high, places, close = a, b, [a, b], LAST_STEP * (b.at - a.at) * max(abs(a.at), abs(b.at))
         for _ in range(STEPS):
             rates = [self._derivative(one, [other for other in places if other is not one]) - turn for one in places]

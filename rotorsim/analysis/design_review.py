@@ -455,7 +455,9 @@ def static_deflection(plant: Plant) -> xr.Dataset:
 
 def critical_lines(plant: Plant, found: ModesOverSpeed) -> list[CriticalSpeed]:
     """Every crossing of 1X with its deflected line, in the order of `found.crossings`."""
-    return [_critical(plant, *one) for one in _crossed(found)]
+    nodes = drawn_places(plant)
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in nodes])
+    return [_critical(nodes, rows, *one) for one in _crossed(found)]
 
 
 def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
@@ -466,10 +468,10 @@ def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndar
         yield float(speed), float(zeta), str(whirl_sense(np.array([orbit]))[0]), one.modes.right[-2 * m : -m, 0]
 
 
-def _critical(plant: Plant, speed: float, zeta: float, whirl: str, q: np.ndarray) -> CriticalSpeed:
-    """A crossing of 1X with its deflected line, from modal displacements q."""
-    nodes = drawn_places(plant)
-    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in nodes])
+def _critical(
+    nodes: np.ndarray, rows: np.ndarray, speed: float, zeta: float, whirl: str, q: np.ndarray
+) -> CriticalSpeed:
+    """A crossing of 1X with its deflected line, from modal displacements q and their rows (n, 2, m) at the nodes [m]."""
     line = deflected_line(*(rows @ q[: rows.shape[2]]).T)
     flips = np.flatnonzero(line[:-1] * line[1:] < 0)
     zeros = nodes[flips] + (nodes[flips + 1] - nodes[flips]) * line[flips] / (line[flips] - line[flips + 1])
