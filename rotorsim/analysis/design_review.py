@@ -471,7 +471,7 @@ def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndar
 def _critical(
     nodes: np.ndarray, rows: np.ndarray, speed: float, zeta: float, whirl: str, q: np.ndarray
 ) -> CriticalSpeed:
-    """A crossing of 1X with its deflected line, from modal displacements q and their rows (n, 2, m) at the nodes [m]."""
+    """A crossing of 1X with its deflected line, from modal displacements q and rows (n, 2, m) at the nodes [m]."""
     line = deflected_line(*(rows @ q[: rows.shape[2]]).T)
     flips = np.flatnonzero(line[:-1] * line[1:] < 0)
     zeros = nodes[flips] + (nodes[flips + 1] - nodes[flips]) * line[flips] / (line[flips] - line[flips + 1])

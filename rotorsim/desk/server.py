@@ -8,6 +8,7 @@ more; a report in a child of its own. So nothing that is computed holds up what 
 from __future__ import annotations
 
 import asyncio
+import gc
 import hashlib
 import subprocess
 import sys
@@ -543,6 +544,8 @@ def serve_desk(
     >>> rs.desk.serve_desk("plain_rotor")  # doctest: +SKIP
     """
     desk, answers = make_desk(machine, Path(folder)), PanelStream()
+    gc.collect()
+    gc.freeze()  # what is imported stays: a look through all of it, now and then, would take longer than an answer
 
     def end() -> None:
         answers.close()
