@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,7 +216,7 @@ class _Line:
         The slopes at both, towards each other and towards the places around them, tell how far the mode may deviate
         from the straight line between; an interval in which that leaves a crossing open is halved.
         """
-        width, turn = b.at - a.at, order * np.sign(a.at + b.at)
+        width, turn = b.at - a.at, order * float(np.sign(a.at + b.at))
         mean = (b.size - a.size) / width
         bend = max(abs(self._slope(p, q) - mean) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1])))
         gaps = a.size - order * abs(a.at), b.size - order * abs(b.at)
@@ -300,10 +301,10 @@ class _Line:
         def gap(place: _Place) -> float:
             return place.size - order * abs(place.at)
 
-        turn, upward = order * np.sign(a.at + b.at), (gap(b) > gap(a)) == (a.at + b.at > 0)
+        turn, upward = order * float(np.sign(a.at + b.at)), (gap(b) > gap(a)) == (a.at + b.at > 0)
         low, high, places, close = a, b, [a, b], LAST_STEP * (b.at - a.at) * max(abs(a.at), abs(b.at))
         for _ in range(STEPS):
-            rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
+            rates = [self._derivative(one, [other for other in places if other is not one]) - turn for one in places]
             x = _zero([gap(one) for one in places], [one.at for one in places], rates)
             here = places[-1]
             if jumps(low.at, high.at):
@@ -320,6 +321,13 @@ class _Line:
             low, high = (new, high) if left else (low, new)
         return None
 
+    def _derivative(self, place: _Place, others: list[_Place]) -> float:
+        """Derivative of \\|s\\| at a place out of the slopes towards one or two others."""
+        if len(others) == 1:
+            return self._slope(place, others[0])
+        (d, slope), (e, other) = ((one.at - place.at, self._slope(place, one)) for one in others)
+        return slope if e == d else (e * slope - d * other) / (e - d)
+
 
 def rates(modes: Modes, pencil: Pencil) -> NDArray[np.complex128]:
     """First change (k,) of the eigenvalues of modes (k) towards another pencil."""
@@ -327,25 +335,19 @@ def rates(modes: Modes, pencil: Pencil) -> NDArray[np.complex128]:
     return np.asarray(np.sum(modes.left.conj() * change, axis=0))
 
 
-def _derivative(place: _Place, others: list[_Place]) -> float:
-    """Derivative of \\|s\\| at a place out of the slopes towards one or two others."""
-    if len(others) == 1:
-        return place.slope(others[0])
-    (d, slope), (e, other) = ((one.at - place.at, place.slope(one)) for one in others)
-    return slope if e == d else (e * slope - d * other) / (e - d)
-
-
 def _zero(values: list[float], at: list[float], rates: list[float]) -> float:
     """Root of a monotonous function by Hermite's interpolation of its inverse; NaN where two values are the same."""
-    z, column = np.repeat(values, 2), np.repeat(at, 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        first = np.diff(column) / np.diff(z)
-        first[::2] = 1 / np.array(rates)
-        weight, x, column = -z[0], column[0], first
+    z = [one for one in values for _ in range(2)]
+    x, weight = at[0], -z[0]
+    try:
+        slant = [(b - a) / (w - v) for (a, b), (v, w) in zip(pairwise(at), pairwise(values), strict=True)]
+        column = [one for pair in zip([1 / rate for rate in rates], [*slant, 0.0], strict=True) for one in pair][:-1]
         for k in range(1, len(z)):
             x, weight = x + weight * column[0], -weight * z[k]
-            column = np.diff(column) / (z[k + 1 :] - z[: -k - 1])
-    return float(x)
+            column = [(q - p) / (z[i + k + 1] - z[i]) for i, (p, q) in enumerate(pairwise(column))]
+    except ZeroDivisionError:
+        return nan
+    return x
 
 
 def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:

@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -179,7 +180,9 @@ def overlap(a: Pencil, of_a: Modes, b: Pencil, of_b: Modes) -> NDArray[np.float6
 
 def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node, Node, dict[int, int]]:
     """Both nodes, with modes outside the region that those of the other one become, and how they continue."""
-    assert here.pencil is not None and there.pencil is not None
+    alike = _at_once(here, there, region)
+    if alike is not None:
+        return here, there, alike
     here = _with_partners(here, there, region)
     there = _with_partners(there, here, region)
     there = _turned(there, here)
@@ -198,6 +201,25 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
     return here, there, {int(near[j]): int(k) for j, k in pairs}
 
 
+def _at_once(here: Node, there: Node, region: Region) -> dict[int, int] | None:
+    """How modes continue whose overlap is certain as they are; None where one's is not or where two are indistinct."""
+    assert here.pencil is not None and there.pencil is not None
+    near = np.flatnonzero(region.wider.holds(here.modes.values))
+    if not near.size or _indistinct(here.modes.values) or _indistinct(there.modes.values):
+        return None
+    P = overlap(here.pencil, here.modes.take(near), there.pencil, there.modes)
+    best = P.argmax(axis=1).tolist()
+    inside = np.flatnonzero(region.holds(there.modes.values)).tolist()
+    if P.max(axis=1).min() < CERTAIN or len(set(best)) < len(best) or not set(inside) <= set(best):
+        return None
+    return dict(zip(near.tolist(), best, strict=True))
+
+
+def _indistinct(s: NDArray[np.complex128]) -> bool:
+    """Whether rounding mixes the vectors of two eigenvalues."""
+    return bool(((np.abs(s - s[:, None]) < INDISTINCT * np.abs(s)).sum(axis=0) > 1).any())
+
+
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
     """Modes of a neighbour, continued within their subspace in their order; None where that is not certain."""
     if not len(modes.values):
@@ -205,7 +227,7 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
     try:
         there = np.linalg.solve(S, J)
-        found = through(np.diag(modes.values), there, np.arange(len(S)))
+        found = through(np.diag(modes.values), there, np.arange(len(S)), (modes.values, np.eye(len(S))))
         if found is None:
             return None
         values, turn = found
@@ -215,19 +237,19 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
 
 
 def through(
-    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp]
+    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp], known: Any = None
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
     """Eigenvalues and vectors of a small matrix, as those of another one become them; None where that is not certain.
 
     The first matrix is changed into the last one in as many steps as it takes: modes that exchange their vectors over a
     short way, as the two planes of a rotor do near rest, need no more nodes. `chosen` are those of
-    ``numpy.linalg.eig(first)`` that have to be certain.
+    ``numpy.linalg.eig(first)``, or of what is `known` in its place, that have to be certain.
     """
-    values, turn = np.linalg.eig(first)
+    values, turn = known or np.linalg.eig(first)
     back, now, step = np.linalg.inv(turn), 0.0, 1.0
     while now < 1:
         step = min(step, 1 - now)
-        new, vectors = np.linalg.eig(first * (1 - now - step) + last * (now + step))
+        new, vectors = np.linalg.eig(last if now + step == 1 else first * (1 - now - step) + last * (now + step))
         inverse = np.linalg.inv(vectors)
         P = np.abs((back @ vectors) * (inverse @ turn).T)
         best = _pairs(P)[1]
@@ -262,11 +284,11 @@ def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) ->
 def _with_partners(node: Node, other: Node, region: Region) -> Node:
     """The node with what the modes of the other one become here, if that is not among its modes yet."""
     assert node.pencil is not None and other.pencil is not None
-    P = overlap(other.pencil, other.modes, node.pencil, node.modes)
-    alone = region.holds(other.modes.values) & ((P.max(axis=1) if P.shape[1] else np.zeros(len(P))) < PARTNER)
+    inside = other.modes.take(region.holds(other.modes.values))
+    alone = overlap(other.pencil, inside, node.pencil, node.modes).max(axis=1, initial=0.0) < PARTNER
     if not alone.any():
         return node
-    known, more = node.modes, refined(node.pencil, other.modes.take(alone))
+    known, more = node.modes, refined(node.pencil, inside.take(alone))
     found = joined(node.pencil, known, more)
     if known.proven:
         return replace(node, modes=replace(found, missing=known.missing, quotient=known.quotient))

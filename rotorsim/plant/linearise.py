@@ -497,8 +497,9 @@ class ShiftedPlant:
     def stiffness(self) -> np.ndarray:
         """Modal dynamic stiffness (m, m)."""
         rotor = self.model.rotor
-        film = 0.0 if self.film is None else rotor.Bf.T @ self.film.Z @ rotor.Bf
-        return np.asarray(rotor.stiffness + self.s * rotor.damping + self.s**2 * np.eye(len(rotor.stiffness)) + film)
+        found = rotor.stiffness + self.s * rotor.damping + 0j
+        found.flat[:: len(found) + 1] += self.s**2
+        return found if self.film is None else np.asarray(found + rotor.Bf.T @ self.film.Z @ rotor.Bf)
 
     @cached_property
     def _terms(self) -> tuple[np.ndarray, ...]:
