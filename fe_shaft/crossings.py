@@ -355,8 +355,8 @@ def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:
     assert node.pencil is not None
     mode = node.modes.take([k])
     if pencil.size <= SMALL:
-        one = tracked(pencil, predicted(pencil, mode))
-        if one is not None and overlap(node.pencil, mode, pencil, one).item() > CERTAIN:
+        one, _ = tracked(pencil, predicted(pencil, mode))
+        if len(one.values) and overlap(node.pencil, mode, pencil, one).item() > CERTAIN:
             return one
         return _alike(node.pencil, mode, pencil, everything(pencil))
     guess = predicted(pencil, node.modes)
