@@ -27,13 +27,13 @@ OSCILLATES = 1e-6
 
 
 class Factor(Protocol):
-    """Factors of J - s S."""
+    """Factors of J - s S, at one s for any columns or at several for a column each."""
 
     def solve(self, b: Vector) -> Vector:
-        """(J - s S)^-1 b for b (n,)."""
+        """(J - s S)^-1 b for b (n, k)."""
 
     def adjoint(self, b: Vector) -> Vector:
-        """(J - s S)^-H b for b (n,)."""
+        """(J - s S)^-H b for b (n, k)."""
 
 
 class Pencil(Protocol):
@@ -49,8 +49,8 @@ class Pencil(Protocol):
     def times_S(self, x: Vector, transposed: bool = False) -> Vector:
         """S x or S' x for x (n, k)."""
 
-    def factor(self, s: complex) -> Factor:
-        """Factors at s [rad/s]."""
+    def factor(self, s: complex | Vector) -> Factor:
+        """Factors at s [rad/s], one or (k,)."""
 
     @property
     def log_det(self) -> Callable[[Vector], Vector]:
@@ -162,7 +162,7 @@ class Modes:
 
     def take(self, which: Any) -> Modes:
         """Modes of the indices or flags `which`."""
-        return replace(self, values=self.values[which], right=self.right[:, which], left=self.left[:, which])
+        return Modes(self.values[which], self.right[:, which], self.left[:, which], self.missing, self.quotient)
 
 
 def nothing(size: int) -> Modes:
@@ -193,9 +193,9 @@ class SecondOrder:
         """S x for x (2n, k); M is symmetric, so the transposed one is the same."""
         return np.concatenate([x[: len(self.M)], self.M @ x[len(self.M) :]])
 
-    def factor(self, s: complex) -> ShiftedSecondOrder:
-        """Factors at s [rad/s]."""
-        return ShiftedSecondOrder(self, s)
+    def factor(self, s: complex | Vector) -> ShiftedSecondOrder:
+        """Factors at s [rad/s], one or (k,)."""
+        return ShiftedSecondOrder(self, np.atleast_1d(s))
 
     @cached_property
     def log_det(self) -> Callable[[Vector], Vector]:
@@ -209,24 +209,29 @@ class SecondOrder:
 
 @dataclass(frozen=True, eq=False)
 class ShiftedSecondOrder:
-    """J - s S at one complex frequency."""
+    """J - s S at complex frequencies s (k,)."""
 
     pencil: SecondOrder
-    s: complex
+    s: Vector
 
     @cached_property
-    def _factors(self) -> Any:
-        p, s = self.pencil, self.s
-        return lu_factor(p.K + s * p.D + s * s * p.M, check_finite=False)
+    def _factors(self) -> list[Any]:
+        p = self.pencil
+        return [lu_factor(p.K + s * p.D + s * s * p.M, check_finite=False) for s in self.s]
 
     def solve(self, b: Vector) -> Vector:
-        """(J - s S)^-1 b for b (2n,)."""
+        """(J - s S)^-1 b for b (2n, k)."""
         p, s, n = self.pencil, self.s, len(self.pencil.M)
-        q = -lu_solve(self._factors, b[n:] + p.D @ b[:n] + s * (p.M @ b[:n]), check_finite=False)
+        q = -self._solved(b[n:] + p.D @ b[:n] + s * (p.M @ b[:n]), 0)
         return np.concatenate([q, b[:n] + s * q])
 
     def adjoint(self, b: Vector) -> Vector:
-        """(J - s S)^-H b for b (2n,)."""
+        """(J - s S)^-H b for b (2n, k)."""
         p, back, n = self.pencil, np.conj(self.s), len(self.pencil.M)
-        force = -lu_solve(self._factors, b[:n] + back * b[n:], trans=2, check_finite=False)
+        force = -self._solved(b[:n] + back * b[n:], 2)
         return np.concatenate([b[n:] + p.D.T @ force + back * (p.M @ force), force])
+
+    def _solved(self, b: Vector, trans: int) -> Vector:
+        parts = [b] if len(self.s) == 1 else b.T[..., None]
+        solved = [lu_solve(one, x, trans, check_finite=False) for one, x in zip(self._factors, parts, strict=True)]
+        return np.hstack(solved)

@@ -226,6 +226,15 @@ def line(text: str, last: bool = False) -> None:
         print(f"\r{visible(text)}\x1b[K", end="\n" if last else "", file=direct(sys.stderr), flush=True)
 
 
+@contextmanager
+def progress_line(name: str) -> Iterator[Report]:
+    """A `Report` that shows each step on the line of progress behind a name; the line is empty again at the end."""
+    try:
+        yield lambda text: line(f"{name}: {text} ...")
+    finally:
+        line("")
+
+
 def end_line() -> None:
     """End the line of progress, so that it stays."""
     if on_terminal():

@@ -54,6 +54,8 @@ FILES: dict[str, dict[str, tuple[Any, Any]]] = {
     "shock": {"history": (History, None)},
 }
 """Options of experiments that are no parameters: annotation and default."""
+COARSER = ("largest_orbit_um", "smallest_film_um", "contact_samples")
+"""Numbers of every experiment in place of which a run over the speed has its own, of the orbit about a moving mean."""
 BUILT_IN = ("controller", "gain_x", "gain_y", "low_pass")
 """Parameters of the built-in law."""
 
@@ -300,7 +302,7 @@ def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experime
         rows += [("Passed too fast", summary[FAST])] if FAST in summary else []
         run = analyse(data) if experiment.swept or folder.options.report else None
         if run is not None and experiment.swept:
-            summary |= run.summary
+            summary = {name: summary[name] for name in summary if name not in COARSER} | run.summary
             with unit_system("metric"):  # the page may be in others, the terminal is not
                 rows = _merged(swept_rows(run), rows)
         if run is not None and folder.options.report:

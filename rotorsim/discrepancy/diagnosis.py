@@ -1009,7 +1009,7 @@ class DiagnosisRun:
                 *unsettled,
                 *virtual,
                 *missed_bands((one for part in shown.values() for one in part), model),
-                *map(null_sentence, null_vectors(proven, base.parameters)),
+                *(null_sentence(null, self.machine) for null in null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             related=related_of(*written),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
-from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
+from rotorsim.discrepancy.machine_file import UNBALANCE, Findings, IdentifiedEffect, extended, in_words
 from rotorsim.discrepancy.records import ONE_EXCITATION
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
@@ -121,10 +122,14 @@ def calibration_of(
 
 
 def related_of(fit: ParameterFit, V: np.ndarray) -> dict[str, float]:
-    """Correlation of each bearing's compliance and loss, by the key of the loss; V (k, k) is the fit's covariance."""
+    """Correlations out of the fit's covariance V (k, k): of each bearing's compliance and loss, by the key of the loss;
+    of two parts of unbalances, by both keys.
+    """
     at = {k.name: i for i, k in enumerate(fit.parameters)}
     pairs = {key: (at[key.replace(".c", ".k")], i) for key, i in at.items()
              if key.startswith("bearing.") and ".c" in key and key.replace(".c", ".k") in at}  # fmt: skip
+    parts = [(key, i) for key, i in at.items() if key.startswith(UNBALANCE)]
+    pairs |= {f"{a}, {b}": (i, j) for (a, i), (b, j) in combinations(parts, 2)}
     return {key: float(V[i, j] / max(np.sqrt(V[i, i] * V[j, j]), 1e-300)) for key, (i, j) in pairs.items()}
 
 
@@ -142,10 +147,12 @@ def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearc
     return evidence
 
 
-def null_sentence(null: dict[str, float]) -> str:
+def null_sentence(null: dict[str, float], machine: Machine) -> str:
     """Sentence about a combination of parameters that the records do not determine."""
-    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
-    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
+    keys = sorted(null, key=lambda key: -abs(null[key]))
+    rise, fall = (" and ".join(in_words(machine, [k for k in keys if sign * null[k] > 0])) for sign in (1, -1))
+    change = f"a rise of {rise} with a fall of {fall}" if rise and fall else f"a change of {rise or fall}"
+    return f"{change} leaves these records as they are: each is kept near to its value in the machine file"
 
 
 @dataclass(frozen=True, eq=False, repr=False)

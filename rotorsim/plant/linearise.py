@@ -29,13 +29,11 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
 
 from fe_shaft.pencil import Modes, Region, each_once, log_of
 from reynolds.injector import Injector
@@ -45,7 +43,7 @@ from rotorsim.base.errors import DataError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import first_of_largest, repeated, whirl_sense
 from rotorsim.plant.assemble import Assembly
-from rotorsim.plant.film_determinant import FilmDeterminant
+from rotorsim.plant.film_response import FilmFactors, FilmResponse
 from rotorsim.plant.simulation import damping, rows, stiffness
 
 INPUTS = ("reference_x", "reference_y", "disc_force_x", "disc_force_y", "supply_pressure")
@@ -73,149 +71,6 @@ def region_up_to(hints: np.ndarray, highest: float) -> Region:
     """
     reach = ABOVE * max(highest, 1.1 * float(np.sort(hints)[: 2 * FIRST].max()))
     return Region(reach, BELOW * reach, DAMPED)
-
-
-SYMMETRIC = {"diag_pivot_thresh": 0.0, "relax": 1, "panel_size": 1, "options": {"SymmetricMode": True}}
-"""The pattern is symmetric and the diagonal large: half the fill of the default, and no column is padded with zeros."""
-
-
-@dataclass(frozen=True, eq=False)
-class FilmStates:
-    """States of a linear film, `kept` in the order of least fill; `put_in` follow one of these alone.
-
-    Such a state (a foil's deflection) has d w + R y = 0 in A, with d = J_ww + s S_ww, and Q is its column: the rest is
-    J + s S - Q R / d, whose real and imaginary parts `both` holds as J - i Q R, one pattern by columns for the two.
-    `alone` are the J_ww.
-    """
-
-    kept: np.ndarray
-    put_in: np.ndarray
-    Q: Any
-    R: Any
-    both: Any
-    alone: np.ndarray
-
-    @cached_property
-    def columns(self) -> np.ndarray:
-        """Column of each term of `both`."""
-        return np.repeat(np.arange(len(self.kept)), np.diff(self.both.indptr))
-
-    @cached_property
-    def diagonal(self) -> np.ndarray:
-        """Places of the diagonal among the terms of `both`."""
-        places = np.flatnonzero(self.both.indices == self.columns)
-        assert len(places) == len(self.kept)
-        return places
-
-
-def film_states(film: LinearFilm) -> FilmStates:
-    """The states of a film, in parts and in order."""
-    J = sparse.csr_matrix(film.J)
-    J.sum_duplicates()
-    lone = np.flatnonzero(np.diff(J.indptr) == 2)
-    pair = J.indices[J.indptr[lone][:, None] + [0, 1]]
-    other = pair.sum(axis=1) - lone
-    fit = (pair == lone[:, None]).any(axis=1) & (J.diagonal()[lone] > 0) & ~np.isin(other, lone)
-    put_in = lone[fit][np.unique(other[fit], return_index=True)[1]]
-    kept = np.setdiff1d(np.arange(len(film.S)), put_in)
-    both = (J[kept][:, kept] - 1j * (J[kept][:, put_in] @ J[put_in][:, kept])).tocsc()
-    order = least_fill(*(x.astype(np.int32).tobytes() for x in (both.indptr, both.indices)))
-    kept, both = kept[order], both[order][:, order].tocsc()
-    both.sort_indices()
-    return FilmStates(kept, put_in, J[kept][:, put_in], J[put_in][:, kept], both, J.diagonal()[put_in])
-
-
-@lru_cache(maxsize=16)
-def least_fill(indptr: bytes, indices: bytes) -> np.ndarray:
-    """Order (n,) of least fill of a pattern by columns: that of the films of a machine at every speed."""
-    starts, rows = np.frombuffer(indptr, np.int32), np.frombuffer(indices, np.int32)
-    n = len(starts) - 1
-    dominant = csc_matrix((np.ones(len(rows)), rows, starts), (n, n)) + sparse.diags(np.full(n, float(n)))
-    return np.argsort(splu(dominant.tocsc(), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).perm_c)
-
-
-@dataclass(frozen=True, eq=False)
-class FilmFactor:
-    """Factors of A: `lu` of the states that are kept, `d` of those that are put in."""
-
-    states: FilmStates
-    lu: Any
-    d: np.ndarray
-
-    def solve(self, b: np.ndarray, trans: str = "N") -> np.ndarray:
-        """A^-1 b for b (n, k) or (n,), with the transposed A for "T", its conjugate for "H"."""
-        if trans == "H":
-            return self.solve(b.conj(), "T").conj()
-        kept, put_in, Q, R = self.states.kept, self.states.put_in, self.states.Q, self.states.R
-        x = np.empty_like(b, self.d.dtype)
-        if not len(put_in):
-            x[kept] = self.lu.solve(b[kept].astype(x.dtype, order="C", casting="same_kind"), trans)
-            return x
-        if trans == "T":
-            Q, R = R.T, Q.T
-        d = self.d if b.ndim == 1 else self.d[:, None]
-        x[kept] = self.lu.solve((b[kept] - Q @ (b[put_in] / d)).astype(x.dtype, order="C", casting="same_kind"), trans)
-        x[put_in] = (b[put_in] - R @ x[kept]) / d
-        return x
-
-
-@dataclass(frozen=True, eq=False)
-class FilmAnswer:
-    """The film at one complex frequency: `factor` of A, adjoint L (n, 2), dynamic stiffness Z (2, 2) [N/m]."""
-
-    factor: FilmFactor
-    L: np.ndarray
-    Z: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class FilmResponse:
-    """Answers of a linear film; frequencies asked twice are factored once."""
-
-    film: LinearFilm
-
-    @cached_property
-    def _known(self) -> tuple[FilmStates, dict[complex, FilmAnswer]]:
-        return film_states(self.film), {}
-
-    def at(self, s: complex) -> FilmAnswer:
-        """The film's answer at s [rad/s], kept; real arithmetic at s = 0."""
-        known = self._known[1]
-        if s not in known:
-            known[s] = self.answer(s)
-        return known[s]
-
-    def answer(self, s: complex) -> FilmAnswer:
-        """The film's answer at s [rad/s], not kept."""
-        film, states = self.film, self._known[0]
-        s = 0.0 if s == 0 else complex(s)
-        d = states.alone + s * film.S[states.put_in]
-        both = states.both.data
-        data = both.real.astype(d.dtype)
-        if len(d):
-            by = np.zeros(len(states.kept), d.dtype)
-            by[states.R.indices] = 1 / d
-            data += both.imag * by[states.columns]
-        data[states.diagonal] += s * film.S[states.kept]
-        A = csc_matrix((data, states.both.indices, states.both.indptr), states.both.shape)
-        lu = splu(A, permc_spec="NATURAL", **SYMMETRIC)
-        factor = FilmFactor(states, lu, d)
-        L = factor.solve(film.F_y.T, "T")
-        return FilmAnswer(factor, L, L.T @ (film.J_X + s * film.S_X))
-
-    @cached_property
-    def determinant(self) -> FilmDeterminant:
-        """The film's determinant at many frequencies at once."""
-        states = self._known[0]
-        return FilmDeterminant(self.film, np.concatenate([states.put_in, states.kept]))
-
-    def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
-        """K [N/m] and C [N s/m] (2, 2) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
-        if omega:
-            Z = self.at(1j * omega).Z
-            return Z.real.copy(), Z.imag / omega
-        answer, film = self.at(0), self.film
-        return answer.Z, answer.L.T @ (film.S_X - film.S[:, None] * answer.factor.solve(film.J_X))
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,12 +187,13 @@ class LinearPlant(Shown):
         m = len(self.rotor.stiffness)
         drive = self.E[-m:].astype(complex)
         if self.film is not None:
-            drive = drive + self.rotor.Bf.T @ (self.response.at(s).L.T @ self.E[: -2 * m])
+            gas = self.response.factors(np.array([s])).solve(self.E[: -2 * m])
+            drive = drive + self.rotor.Bf.T @ (self.film.F_y @ gas)
         return np.asarray(self.H[:, -2 * m : -m] @ np.linalg.solve(self.dynamic_stiffness(s), drive))
 
     def dynamic_stiffness(self, s: complex) -> np.ndarray:
         """Modal dynamic stiffness (m, m) of rotor and film."""
-        return self.factor(s).stiffness
+        return self.factor(s).stiffness[0]
 
     @property
     def region(self) -> Region:
@@ -428,9 +284,9 @@ class LinearPlant(Shown):
         delays = np.zeros(2)
         for axis in range(2):
             omega = float(self.wn[self.mode_of_axis(axis)])
-            force = self.response.at(1j * omega).L[:, axis] @ pins[:, axis]
-            static = self.response.at(0).L[:, axis] @ pins[:, axis]
-            delays[axis] = -np.angle(force / static) / omega
+            gas = (self.response.factors(np.array([s])).solve(pins[:, [axis]]) for s in (1j * omega, 0.0))
+            moving, static = ((self.film.F_y[axis] @ one).item() for one in gas)
+            delays[axis] = -np.angle(moving / static) / omega
         return delays
 
     def mode_of_axis(self, axis: int) -> int:
@@ -458,9 +314,9 @@ class LinearPlant(Shown):
         """S x for x (n, k); S is diagonal, so the transposed one is the same."""
         return self.S[:, None] * x
 
-    def factor(self, s: complex) -> ShiftedPlant:
-        """Factors of J - s S at s [rad/s]."""
-        return ShiftedPlant(self, s)
+    def factor(self, s: complex | np.ndarray) -> ShiftedPlant:
+        """Factors of J - s S at s [rad/s], one or (k,)."""
+        return ShiftedPlant(self, np.atleast_1d(s))
 
     @cached_property
     def log_det(self) -> Callable[[np.ndarray], np.ndarray]:
@@ -475,59 +331,67 @@ class LinearPlant(Shown):
             bare = rotor.stiffness + x * rotor.damping + x**2 * np.eye(len(rotor.stiffness))
             if self.film is None:
                 return log_of(bare)
-            film, Z = self.response.determinant.at(s)
-            return log_of(bare + rotor.Bf.T @ Z @ rotor.Bf) + film
+            film = self.response.factors(s)
+            return log_of(bare + rotor.Bf.T @ film.Z @ rotor.Bf) + film.log
 
         return each_once(log_det)
 
 
 @dataclass(frozen=True, eq=False)
 class ShiftedPlant:
-    """J - s S at one complex frequency, with the film's factors and the rotor condensed onto them."""
+    """J - s S at complex frequencies s (k,), with the film's factors and the rotor condensed onto them.
+
+    Right-hand sides (n, k) have one column a frequency; with one frequency any number of columns is solved for.
+    """
 
     model: LinearPlant
-    s: complex
+    s: np.ndarray
 
     @cached_property
-    def film(self) -> FilmAnswer | None:
+    def film(self) -> FilmFactors | None:
         """The film at s; None without one."""
-        return None if self.model.film is None else self.model.response.answer(self.s)
+        return None if self.model.film is None else self.model.response.factors(self.s)
 
     @cached_property
     def stiffness(self) -> np.ndarray:
-        """Modal dynamic stiffness (m, m)."""
-        rotor = self.model.rotor
-        film = 0.0 if self.film is None else rotor.Bf.T @ self.film.Z @ rotor.Bf
-        return np.asarray(rotor.stiffness + self.s * rotor.damping + self.s**2 * np.eye(len(rotor.stiffness)) + film)
+        """Modal dynamic stiffness (k, m, m)."""
+        rotor, s = self.model.rotor, self.s[:, None, None]
+        bare = rotor.stiffness + s * rotor.damping + s**2 * np.eye(len(rotor.stiffness))
+        return bare if self.film is None else bare + rotor.Bf.T @ self.film.Z @ rotor.Bf
 
     @cached_property
-    def _terms(self) -> tuple[np.ndarray, ...]:
-        """Inverse stiffness, C + s, and of the film Bf' L', S_X Bf and (J_X + s S_X) Bf."""
-        rotor, film, m = self.model.rotor, self.model.film, len(self.model.rotor.stiffness)
-        D, damped = np.linalg.inv(self.stiffness), rotor.damping + self.s * np.eye(m)
-        if film is None or self.film is None:
-            none = np.zeros((0, m))
-            return D, damped, none.T, none, none
-        pushed = film.S_X @ rotor.Bf
-        return D, damped, rotor.Bf.T @ self.film.L.T, pushed, film.J_X @ rotor.Bf + self.s * pushed
+    def _compliance(self) -> np.ndarray:
+        return np.linalg.inv(self.stiffness)
 
     def solve(self, b: np.ndarray) -> np.ndarray:
-        """(J - s S)^-1 b for b (n,)."""
-        D, damped, onto, pushed, moved = self._terms
-        m = len(D)
-        r, v = b[: -2 * m] + pushed @ b[-2 * m : -m], b[-2 * m : -m]
-        q = -D @ (b[-m:] + damped @ v + onto @ r)
-        y = r if self.film is None else -self.film.factor.solve(r + moved @ q)
+        """(J - s S)^-1 b."""
+        rotor, film, m = self.model.rotor, self.model.film, len(self.model.rotor.stiffness)
+        y, v, force = b[: -2 * m], b[-2 * m : -m], b[-m:] + rotor.damping @ b[-2 * m : -m] + self.s * b[-2 * m : -m]
+        if film is not None and self.film is not None:
+            y = self.film.solve(y + film.S_X @ (rotor.Bf @ v))
+            force = force + rotor.Bf.T @ (film.F_y @ y)
+        q = -self._times(self._compliance, force)
+        if film is not None and self.film is not None:
+            X = rotor.Bf @ q
+            y = -y - self.film.solve(film.J_X @ X + self.s * (film.S_X @ X))
         return np.concatenate([y, q, v + self.s * q])
 
     def adjoint(self, b: np.ndarray) -> np.ndarray:
-        """(J - s S)^-H b for b (n,)."""
-        D, damped, onto, pushed, moved = self._terms
-        m, back = len(D), np.conj(self.s)
-        film = b[: -2 * m] if self.film is None else self.film.factor.solve(b[: -2 * m], "H")
-        force = -D.conj().T @ (b[-2 * m : -m] + back * b[-m:] - moved.conj().T @ film)
-        y = onto.conj().T @ force - film
-        return np.concatenate([y, b[-m:] + pushed.conj().T @ y + damped.conj().T @ force, force])
+        """(J - s S)^-H b."""
+        rotor, film, m, back = self.model.rotor, self.model.film, len(self.model.rotor.stiffness), self.s.conj()
+        y, force, last = b[: -2 * m], b[-2 * m : -m] + back * b[-m:], b[-m:]
+        if film is not None and self.film is not None:
+            y = self.film.solve(y, adjoint=True)
+            force = force - rotor.Bf.T @ (film.J_X.T @ y + back * (film.S_X.T @ y))
+        force = -self._times(self._compliance.conj().transpose(0, 2, 1), force)
+        if film is not None and self.film is not None:
+            y = self.film.solve(film.F_y.T @ (rotor.Bf @ force), adjoint=True) - y
+            last = last + rotor.Bf.T @ (film.S_X.T @ y)
+        return np.concatenate([y, last + rotor.damping.T @ force + back * force, force])
+
+    def _times(self, matrices: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """A matrix (k, m, m) a frequency times its column of x (m, k); one matrix times all columns."""
+        return matrices[0] @ x if len(self.s) == 1 else (matrices @ x.T[..., None])[..., 0].T
 
 
 @dataclass(frozen=True, eq=False)
