@@ -418,21 +418,23 @@ class EffectSearch:
 
         Where a misfit is shown, it ends too after two rounds running from which the rounds that are left, each as good,
         would not bring it to the calibration's cost. Where none is, most of the sum of squares is noise, and a round
-        that takes little of it may come before one that takes all that is missing: it ends once the fall so far and
-        what sensitivities where it stands foretell are less than half of that by a name, or they foretell little more.
+        that takes little of it may come before one that takes all that is missing: an effect of the catalogue ends once
+        the fall so far and what sensitivities where it stands foretell are less than half of that by a name, or they
+        foretell little more. A law, which has no `nominal`, is fitted on once it is borne out.
         """
         shown, was_slow = self.base_excess > 0, False
+        by_tangent = not shown and self.nominal is not None
         for left in reversed(range(MOST_ROUNDS)):
             if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
-            if not shown:
+            if by_tangent:
                 fallen, ahead = self.base.cost - h.fit.cost, self._foretold(h.fit)
                 if fallen + ahead < CLEAR / 2 or ahead < 0.05 * fallen:
                     break
                 continue
             share = h.fit.cost / max(last, 1e-300)
-            slow = h.fit.cost * share**left > self.base.cost
+            slow = shown and h.fit.cost * share**left > self.base.cost
             if share > 0.95 or (slow and was_slow):
                 break
             was_slow = slow

@@ -164,6 +164,11 @@ def test_a_hypothesis_is_fitted_on_while_it_may_reach_the_calibration(costs, end
     assert EffectSearch._closer(began, first).fit.cost == end
 
 
+def test_a_law_that_no_group_shows_is_fitted_on_once_it_is_borne_out(monkeypatch):
+    began, first = scripted([3199.4, 3192.7, 3018.4], 3200.6, 0.0, monkeypatch)
+    assert EffectSearch._closer(began, first).fit.cost == 3192.7
+
+
 @pytest.mark.parametrize(
     ("costs", "foretold", "end"),
     [
@@ -175,7 +180,7 @@ def test_a_hypothesis_is_fitted_on_while_it_may_reach_the_calibration(costs, end
 def test_a_hypothesis_is_fitted_on_while_a_name_is_foretold_where_no_misfit_is_shown(costs, foretold, end, monkeypatch):
     began, first = scripted(costs, 3200.6, 0.0, monkeypatch)
     ahead = iter(foretold)
-    began._foretold = lambda fit: next(ahead)
+    began._foretold, began.nominal = lambda fit: next(ahead), began.base
     assert EffectSearch._closer(began, first).fit.cost == end
 
 
@@ -184,7 +189,8 @@ def scripted(costs, base, excess, monkeypatch):
     monkeypatch.setattr(hypotheses, "within_form_error", lambda *_: False)
     found = [SimpleNamespace(failed=False, fit=SimpleNamespace(cost=cost, residual=None)) for cost in costs]
     rest, own = iter(found[1:]), SimpleNamespace(cost=base, residual=None)
-    return SimpleNamespace(base_excess=excess, base=own, comparison=None, polished=lambda _: next(rest)), found[0]
+    began = SimpleNamespace(base_excess=excess, base=own, nominal=None, comparison=None, polished=lambda _: next(rest))
+    return began, found[0]
 
 
 @pytest.mark.slow
