@@ -86,8 +86,8 @@ MOST_VALUES = 24
 """Values of a machine, at most, that are changed."""
 DIGITS = 7
 """Digits of a value in a curve."""
-SHAPE_DECIMALS = 12
-"""Decimals of a mode shape: what is below is rounding, which another order of computing changes."""
+SHAPE_DECIMALS = 7
+"""Decimals of a mode shape, whose largest is 1: what is below another order of computing changes."""
 LAST = {MISSED: -inf, OPEN: inf, MET: inf}
 """Place of a requirement without a number among the reserves: one that is not met comes first."""
 DECREMENTS = (-1.0, 2.0)
