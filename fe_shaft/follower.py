@@ -202,7 +202,7 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
 
 
 def _at_once(here: Node, there: Node, region: Region) -> dict[int, int] | None:
-    """How modes continue whose overlap is certain as they are; None where one's is not or where two are indistinct."""
+    """Continuations of modes whose overlap is certain as they are; None where one's is not, or two are indistinct."""
     assert here.pencil is not None and there.pencil is not None
     near = np.flatnonzero(region.wider.holds(here.modes.values))
     if not near.size or _indistinct(here.modes.values) or _indistinct(there.modes.values):

@@ -32,6 +32,7 @@ import numpy as np
 import scipy  # loads its packages where they are first used
 
 from fe_shaft.modal import half_axes
+from fe_shaft.spectrum import NEAR, SMALL
 from rotorsim.analysis.axes import checked
 from rotorsim.analysis.campbell import crossing_numbers, highest_speed
 from rotorsim.analysis.modes_over_speed import at_speed, modes_over_speed
@@ -51,6 +52,8 @@ from rotorsim.plant.validity import linear_warnings
 if TYPE_CHECKING:
     import xarray as xr
 
+ASIDE = 1e-13
+"""Relative distance of a shift from its eigenvalue."""
 SAME = 1e-6
 """Relative distance up to which two computed eigenvalues are one."""
 
@@ -76,7 +79,7 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
     pressure = float(felt([plant.machine], [pressure])[0])
     model = plant.linearise(speed, pressure)
     reduced, nodes = a.mesh.reduced, a.mesh.nodes
-    q = model.shapes[: reduced.Phi.shape[1]]
+    q = _sharper(model)[: reduced.Phi.shape[1]]
     shape = np.stack([reduced.Phi[axis::4] @ q for axis in range(2)], axis=-1).transpose(1, 0, 2)[:, : len(nodes)]
     shape = over_largest(shape)
     least = LeastDamped.up_to(plant, pressure, highest_speed(plant))
@@ -99,6 +102,19 @@ def mode_shapes(plant: Plant, speed: float, pressure: float) -> xr.Dataset:
             "not_listed": np.abs(every[~known]),
         },
     )  # fmt: skip
+
+
+def _sharper(model: LinearPlant) -> np.ndarray:
+    """Modal displacements (m, modes) after one more inverse iteration.
+
+    What a search for the modes of a film leaves of others, 1e-11, depends on where it began, and a printed shape shows
+    it. Modes near one another stay as they are.
+    """
+    s, vectors, m = model.eigenvalues, model.vectors.copy(), len(model.rotor.stiffness)
+    alone = (np.abs(s[:, None] - s) < NEAR * np.abs(s)).sum(axis=0) == 1
+    for k in np.flatnonzero(alone & (model.size > SMALL)).tolist():
+        vectors[:, k] = model.factor(complex(s[k]) * (1 + ASIDE)).solve(model.times_S(vectors[:, [k]]))[:, 0]
+    return np.asarray(vectors[-2 * m : -m])
 
 
 def over_largest(shapes: np.ndarray) -> np.ndarray:

@@ -36,6 +36,7 @@ from rotorsim.machine.file_text import value_at, written
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.plant.mesh import Mesh
+from rotorsim.plant.simulation import settle
 from rotorsim.report.design import SIGNS, answered, asked, tables
 from rotorsim.report.linear import criticals, distinct, peaks, warned
 from rotorsim.report.page import cells
@@ -86,8 +87,8 @@ MOST_VALUES = 24
 """Values of a machine, at most, that are changed."""
 DIGITS = 7
 """Digits of a value in a curve."""
-SHAPE_DECIMALS = 12
-"""Decimals of a mode shape: what is below is rounding, which another order of computing changes."""
+SHAPE_DECIMALS = 7
+"""Decimals of a mode shape, whose largest is 1: what is below another order of computing changes."""
 LAST = {MISSED: -inf, OPEN: inf, MET: inf}
 """Place of a requirement without a number among the reserves: one that is not met comes first."""
 DECREMENTS = (-1.0, 2.0)
@@ -139,6 +140,15 @@ class RememberingPlant(Plant):
         if key not in self._models:
             self._models[key] = super().linearise(speed, pressure, moment)
         return self._models[key]
+
+    @cached_property
+    def _rested(self) -> dict[float, np.ndarray]:
+        return {}
+
+    def _settled(self, speed: float, pressure: float) -> np.ndarray:
+        """Workspace in equilibrium, from the last one at the pressure on: a tenth of the way from ambient pressure."""
+        self._rested[pressure] = settle(self.assembly, speed, pressure, self._rested.get(pressure))
+        return self._rested[pressure]
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,7 +58,7 @@ def parse(text: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=8)
 def written(text: str) -> dict[str, Any]:
-    """What `parse` gives, kept; not to be changed."""
+    """Tables of a TOML text, kept; not to be changed."""
     return parse(text)
 
 
