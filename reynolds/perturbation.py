@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -270,9 +271,13 @@ def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
     if len(films) == 1:
         return films[0]
     supply = np.concatenate([film.J_u[:, -1:] for film in films])
+    before = np.cumsum([0, *(len(film.S) for film in films)])
+    every = [(film.J.data, film.J.indices + row) for film, row in zip(films, before, strict=False)]
+    data, rows = (np.concatenate(one) for one in zip(*every, strict=True))
+    starts = np.append(0, np.cumsum(np.concatenate([np.diff(film.J.indptr) for film in films])))
     return LinearFilm(
         np.concatenate([film.S for film in films]),
-        sparse.block_diag([film.J for film in films], format="csc"),
+        sparse.csc_matrix((data, rows, starts), (before[-1], before[-1])),
         block_diag(*[film.S_X for film in films]),
         block_diag(*[film.J_X for film in films]),
         np.hstack([block_diag(*[film.J_u[:, :-1] for film in films]), supply]),
@@ -282,29 +287,40 @@ def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
 
 def _ring_matrix(layout: Layout, w: np.ndarray) -> Any:
     """The five-point Jacobian as a sparse matrix, padded with empty plenum rows and columns."""
+    places, rows, starts = _ring_pattern(layout)
+    size = len(starts) - 1
+    return sparse.csc_matrix((w[places], rows, starts), (size, size))
+
+
+@lru_cache(maxsize=16)
+def _ring_pattern(layout: Layout) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places in the workspace of the terms of that Jacobian by columns, their rows, and where each column starts."""
     nt, nr = layout.n_theta, layout.n_rows
     number = np.arange(nt * nr).reshape(nt, nr)
     at = cells(layout)
     entries = [
-        (number, number, w[layout.diag + at]),
-        (number, np.roll(number, 1, axis=0), w[layout.west + at]),
-        (number, np.roll(number, -1, axis=0), w[layout.east + at]),
-        (number[:, 1:], number[:, :-1], w[layout.down + at][:, 1:]),
-        (number[:, :-1], number[:, 1:], w[layout.up + at][:, :-1]),
+        (number, number, layout.diag + at),
+        (number, np.roll(number, 1, axis=0), layout.west + at),
+        (number, np.roll(number, -1, axis=0), layout.east + at),
+        (number[:, 1:], number[:, :-1], (layout.down + at)[:, 1:]),
+        (number[:, :-1], number[:, 1:], (layout.up + at)[:, :-1]),
     ]
     if layout.textured:
         for name, di, dj in CORNERS:
             own = slice(1, None) if dj > 0 else slice(None, -1)
             other = slice(None, -1) if dj > 0 else slice(1, None)
             column = np.roll(number, di, axis=0)[:, other]
-            entries.append((number[:, own], column, w[getattr(layout, name) + at][:, own]))
-    rows, cols, values = (np.concatenate([np.ravel(e[part]) for e in entries]) for part in range(3))
-    size = nt * nr + layout.n_inj
-    return sparse.coo_matrix((values, (rows, cols)), shape=(size, size)).tocsc()
+            entries.append((number[:, own], column, (getattr(layout, name) + at)[:, own]))
+    rows, columns, places = (np.concatenate([np.ravel(e[part]) for e in entries]) for part in range(3))
+    order = np.lexsort((rows, columns))
+    starts = np.append(0, np.cumsum(np.bincount(columns, minlength=nt * nr + layout.n_inj)))
+    return places[order], rows[order].astype(np.int32), starts.astype(np.int32)
 
 
 def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index: np.ndarray, ring: Any) -> Any:
     """Add the plena and the film's dependence on them."""
+    if not layout.n_inj:
+        return ring
     n = index.size
     position = {int(cell): k for k, cell in enumerate(index.ravel())}
     rows: list[int] = []

@@ -212,7 +212,8 @@ def bar(columns: Sequence[str] = (), text: str = "", show: bool = True, **fields
 
     drawn = {BAR: BarColumn, LEFT: TimeRemainingColumn}
     shown = [drawn[column]() if column in drawn else TextColumn(column) for column in columns]
-    with Progress(*shown, console=Console(stderr=True)) as progress:
+    # Rich looks through one stream only, and while it shows a bar it puts another one over ours
+    with Progress(*shown, console=Console(file=direct(sys.stderr))) as progress:
         yield partial(progress.update, progress.add_task(visible(text), **{"total": None} | fields))
 
 

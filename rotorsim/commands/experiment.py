@@ -54,8 +54,6 @@ FILES: dict[str, dict[str, tuple[Any, Any]]] = {
     "shock": {"history": (History, None)},
 }
 """Options of experiments that are no parameters: annotation and default."""
-COARSER = ("largest_orbit_um", "smallest_film_um", "contact_samples")
-"""Numbers of every experiment in place of which a run over the speed has its own, of the orbit about a moving mean."""
 BUILT_IN = ("controller", "gain_x", "gain_y", "low_pass")
 """Parameters of the built-in law."""
 
@@ -302,7 +300,8 @@ def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experime
         rows += [("Passed too fast", summary[FAST])] if FAST in summary else []
         run = analyse(data) if experiment.swept or folder.options.report else None
         if run is not None and experiment.swept:
-            summary = {name: summary[name] for name in summary if name not in COARSER} | run.summary
+            del summary["largest_orbit_um"]  # that of the run is measured from the moving mean
+            summary |= run.summary
             with unit_system("metric"):  # the page may be in others, the terminal is not
                 rows = _merged(swept_rows(run), rows)
         if run is not None and folder.options.report:

@@ -41,8 +41,6 @@ def live(
     warnings.filterwarnings("ignore", module="requests")  # the server imports it and does not use it
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
-    if out.is_file():
-        raise DataError(f"--out {out}: is a file; give a folder for scenes and records")
     scene, replay = _saved(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
 

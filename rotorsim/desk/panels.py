@@ -36,6 +36,7 @@ from rotorsim.machine.file_text import value_at, written
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.plant.mesh import Mesh
+from rotorsim.plant.simulation import settle
 from rotorsim.report.design import SIGNS, answered, asked, tables
 from rotorsim.report.linear import criticals, distinct, peaks, warned
 from rotorsim.report.page import cells
@@ -139,6 +140,15 @@ class RememberingPlant(Plant):
         if key not in self._models:
             self._models[key] = super().linearise(speed, pressure, moment)
         return self._models[key]
+
+    @cached_property
+    def _rested(self) -> dict[float, np.ndarray]:
+        return {}
+
+    def _settled(self, speed: float, pressure: float) -> np.ndarray:
+        """Workspace in equilibrium, from the last one at the pressure on: a tenth of the way from ambient pressure."""
+        self._rested[pressure] = settle(self.assembly, speed, pressure, self._rested.get(pressure))
+        return self._rested[pressure]
 
 
 @dataclass(frozen=True, eq=False)

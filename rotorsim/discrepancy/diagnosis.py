@@ -618,7 +618,7 @@ class DiagnosisRun:
             constant = found is None and faint
             return self._without_name(base, flags, judgement, notes) if constant else None
         refuted = bool(found) and status != "unknown"
-        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.chance)
+        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.of_means)
         notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
         if open_still:
             return None

@@ -24,7 +24,7 @@ from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
 from rotorsim.discrepancy.machine_file import UNBALANCE, Findings, IdentifiedEffect, extended, in_words
-from rotorsim.discrepancy.records import ONE_EXCITATION
+from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
@@ -50,6 +50,10 @@ CORRECT = "Check the accuracy that is stated, correct it, and diagnose again: th
 RECORD_MORE = (
     "Use the re-calibrated machine file for what these records show; to know those bearings better, record speeds at "
     "which they move more, nearer to a critical speed."
+)
+RECORD_SPEEDS = (
+    "Use the re-calibrated machine file at this speed. Record three more speeds and diagnose again: at one speed a "
+    "force that grows with it is as stiffness and damping."
 )
 RECORD_HALF = (
     "Use the re-calibrated machine file for motions as large as these. Record the same points with half the excitation "
@@ -341,6 +345,8 @@ class Diagnosis(Shown, Findings, Reported):
         step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
         if self.status == "no_disagreement" and self._open:
             step = RECORD_MORE
+        elif self.status == "no_disagreement" and ONE_SPEED_ALONE in self.notes and not self.left:
+            step = RECORD_SPEEDS
         elif self.status == "no_disagreement" and ONE_EXCITATION in self.notes and not self.left:
             step = RECORD_HALF
         if self.planned is not None:

@@ -60,6 +60,8 @@ STIFFER = 2.0
 """Factor up to which films may raise the frequencies of these pairs before they leave the region of a linear model."""
 
 
+STILL = 1e-7
+"""Motion of the disc over what its modes' displacements could move it, up to which it stands still."""
 LAST_KINK = 2e3
 """Least speed [rad/s] of the last kink, which lies beyond those of all tables: they hold their values there."""
 
@@ -268,12 +270,16 @@ class LinearPlant(Shown):
     def roundness(self, values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """Roundness (k,) of the orbits of modes (n, k) at the disc, positive where they turn as the shaft does.
 
-        It is 0 where an eigenvalue (k,) is there twice, as at rest: every orbit in the plane is a mode then.
+        It is 0 where an eigenvalue (k,) is there twice, as at rest: every orbit in the plane is a mode then. And where
+        the disc stands still up to rounding, in a node of the mode.
         """
         # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
+        m = len(self.rotor.stiffness)
         x, y = self.H @ vectors
-        found = -2 * np.imag(np.conj(x) * y) / (np.abs(x) ** 2 + np.abs(y) ** 2)
-        return np.where(repeated(values), 0.0, found if self.speed >= 0 else -found)
+        size = np.abs(x) ** 2 + np.abs(y) ** 2
+        still = size <= STILL**2 * np.sum(self.H**2) * np.sum(np.abs(vectors[-2 * m : -m]) ** 2, axis=0)
+        found = -2 * np.imag(np.conj(x) * y) / np.where(still, 1.0, size)
+        return np.where(repeated(values) | still, 0.0, found if self.speed >= 0 else -found)
 
     @cached_property
     def static_gain(self) -> np.ndarray:

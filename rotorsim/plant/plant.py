@@ -138,7 +138,11 @@ class Plant(Shown):
 
         if self._over_speed is not None and speed >= 0 and self.machine.gas.absolute(pressure) >= 0:
             return self._over_speed.at(speed)
-        return linearise(self.assembly, settle(self.assembly, speed, pressure), speed, moment)
+        return linearise(self.assembly, self._settled(speed, pressure), speed, moment)
+
+    def _settled(self, speed: float, pressure: float) -> np.ndarray:
+        """Workspace in equilibrium at a speed [rad/s] and gauge pressure [Pa]."""
+        return settle(self.assembly, speed, pressure)
 
     def to_control(self, speed: float = 0.0, pressure: float = 0.0, seed: int = 0) -> Any:
         """The nonlinear plant as control.NonlinearIOSystem with a step of one sample, standing at the equilibrium.

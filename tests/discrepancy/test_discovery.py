@@ -534,6 +534,26 @@ def test_records_that_begin_at_another_angle_or_speed_show_no_drift_where_nothin
         assert found[1].size[0] == pytest.approx(0.05, rel=0.1) and found[1].place == "the bearing left"
 
 
+def test_a_drift_gives_the_means_of_records_the_scatter_of_its_changes(monkeypatch):
+    """Two records of each of a thousand pairs, with a number of their own each: some happen to be alike."""
+    room, rng, pairs = "rotorsim.discrepancy.stochastic", np.random.default_rng(6), 1000
+    record = np.repeat(np.arange(2 * pairs), 20)
+    trials, column = [SimpleNamespace(blocks=4, frequencies=np.arange(2.0))] * 2 * pairs, rng.normal(size=len(record))
+    left = rng.normal(size=len(record)) + 30.0 * rng.normal(size=2 * pairs)[record] * np.tile(column[:20], 2 * pairs)
+    comparison = SimpleNamespace(trials=trials, layout=SimpleNamespace(record=record, frequency=np.ones(len(record))),
+                                 sigma=np.full(len(record), 1e-8), twin=None,
+                                 repeated=[i - i % 2 for i in range(2 * pairs)])  # fmt: skip
+    monkeypatch.setattr(f"{room}.part_name", lambda twin, part: part)
+    monkeypatch.setattr(
+        f"{room}.BlockDeviations.of", lambda trials: SimpleNamespace(trials=trials, noise=lambda: 4e-16)
+    )
+    parameters = (SimpleNamespace(key="bearing.0.kx", trend=""),)
+    fit = SimpleNamespace(J=np.tile(column[:20], 2 * pairs)[:, None], parameters=parameters, residual=left)
+    found = drift(comparison, fit, np.zeros(len(record)))
+    means = left.reshape(pairs, 2, 20).mean(axis=1) * 1e-8
+    assert np.hypot(found[2][:20], 1e-8 / np.sqrt(2)) == pytest.approx(means.std(axis=0), rel=0.1)
+
+
 def test_a_drift_does_not_hide_a_gap_that_repeats(linear):
     """The size of a drift is that of no force: what the records show otherwise stays beyond the floor."""
     comparison, fit = two_records(
@@ -541,12 +561,12 @@ def test_a_drift_does_not_hide_a_gap_that_repeats(linear):
     )
     other = NotRepeated(fit, ObservedPlaces.of(comparison, fit, fit.residual, fit.J))
     assert [one.kind for one in other.found] == ["drift"] and not other.chance.any()
-    assert repeating(comparison, fit.residual, other.chance)
+    assert repeating(comparison, fit.residual, other.of_means)
 
 
 @pytest.mark.parametrize("drifts", [True, False])
 def test_a_random_force_is_asked_for_where_there_may_be_a_drift_and_may_have_no_answer(drifts, monkeypatch):
-    room, asked, found = "rotorsim.discrepancy.stochastic", list[int](), ("bearing.0", FORCE)
+    room, asked, found = "rotorsim.discrepancy.stochastic", list[int](), ("bearing.0", FORCE, np.ones(3))
 
     def without_answer(seen):
         asked.append(1)
@@ -558,6 +578,7 @@ def test_a_random_force_is_asked_for_where_there_may_be_a_drift_and_may_have_no_
     other = NotRepeated(SimpleNamespace(residual=np.zeros(3)), SimpleNamespace(comparison=None, residual=np.zeros(3)))
     assert other.beyond_drift(np.zeros((3, 1))) == (7.0 if drifts else np.inf) and bool(asked) == drifts
     assert other.found == ((FORCE,) if drifts else ()) and not other.chance.any()
+    assert other.of_means.any() == drifts
 
 
 @pytest.mark.parametrize(("own", "apart"), [(False, False), (True, True)])
@@ -591,7 +612,7 @@ FORCE, DRIFT, BOW = SimpleNamespace(sentence="a random force"), SimpleNamespace(
 def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2):
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
-    other = SimpleNamespace(found=forces, chance=0.0)
+    other = SimpleNamespace(found=forces, of_means=0.0)
     for name, value in (("cannot_tell", ""), ("NotRepeated", other), ("repeating", repeats)):
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
