@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fe_shaft.pencil import Modes, Pencil, Region, nothing
-from fe_shaft.spectrum import counted, joined, modes_in, refined
+from fe_shaft.spectrum import SMALL, counted, joined, modes_in, refined
 
 CERTAIN = 0.7
 """Overlap of modes at neighbouring values above which they are one."""
@@ -180,7 +180,8 @@ def overlap(a: Pencil, of_a: Modes, b: Pencil, of_b: Modes) -> NDArray[np.float6
 
 def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node, Node, dict[int, int]]:
     """Both nodes, with modes outside the region that those of the other one become, and how they continue."""
-    alike = _at_once(here, there, region)
+    assert here.pencil is not None and there.pencil is not None
+    alike = _at_once(here, there, region) if here.pencil.size <= SMALL else None
     if alike is not None:
         return here, there, alike
     here = _with_partners(here, there, region)
@@ -202,7 +203,10 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
 
 
 def _at_once(here: Node, there: Node, region: Region) -> dict[int, int] | None:
-    """Continuations of modes whose overlap is certain as they are; None where one's is not, or two are indistinct."""
+    """Continuations of modes whose overlap is certain as they are; None where one's is not, or two are indistinct.
+
+    All modes of a small pencil are known: none that comes in over the border has to be looked for.
+    """
     assert here.pencil is not None and there.pencil is not None
     near = np.flatnonzero(region.wider.holds(here.modes.values))
     if not near.size or _indistinct(here.modes.values) or _indistinct(there.modes.values):
