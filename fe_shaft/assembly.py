@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import groupby, pairwise
 from math import isclose
 from typing import ClassVar
@@ -288,10 +288,9 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
 
     def shaft(matrix: Callable[[ShaftElement], Matrix], used: bool = True) -> Matrix:
         full = np.zeros((layout.ndof, layout.ndof))
-        for number, element in enumerate(rotor.shaft_elements if used else ()):
-            assert element.n is not None
-            dofs = layout.element(number, element.n)
-            full[np.ix_(dofs, dofs)] += matrix(element)
+        if used:
+            own = _of_shaft(matrix, tuple(rotor.shaft_elements))
+            full[: len(own), : len(own)] = own
         return full
 
     M, G = shaft(elements.mass_matrix), shaft(elements.gyroscopic_matrix)
@@ -311,17 +310,32 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
         M += M_b
     damped = _mass_damping(rotor, layout)
     every = rotor.shaft_elements
-    N = shaft(lambda e: e.eta_v * elements.circulatory_matrix(e), any(e.eta_v for e in every))
+    N = shaft(_viscous_circulation, any(e.eta_v for e in every))
     C = shaft(_material_damping, any(e.alpha or e.beta or e.eta_v for e in every))
     C = C if damped is None else C + damped
-    H = shaft(lambda e: e.eta_h * elements.elastic_matrix(e), rotor.hysteretic)
-    N_h = shaft(lambda e: e.eta_h * elements.circulatory_matrix(e), rotor.hysteretic)
+    H, N_h = shaft(_hysteretic_loss, rotor.hysteretic), shaft(_hysteretic_circulation, rotor.hysteretic)
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
     for bearing in constant:
         _add(layout, K_b, bearing, bearing.stiffness)
         _add(layout, C_b, bearing, bearing.damping)
     return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b, M_b)
+
+
+@lru_cache(maxsize=4)
+def _of_shaft(matrix: Callable[[ShaftElement], Matrix], shaft: tuple[ShaftElement, ...]) -> Matrix:
+    """Matrix of the shaft's own degrees of freedom, which come first in every layout; not to be written into.
+
+    Rotors of one shaft, on other bearings or with other discs, share it.
+    """
+    layout = AssembledRotor(shaft).layout
+    full = np.zeros((layout.ndof, layout.ndof))
+    for number, element in enumerate(shaft):
+        assert element.n is not None
+        dofs = layout.element(number, element.n)
+        full[np.ix_(dofs, dofs)] += matrix(element)
+    full.flags.writeable = False
+    return full
 
 
 def _mass_damping(rotor: AssembledRotor, layout: DofLayout) -> Matrix | None:
@@ -356,6 +370,18 @@ def _stiffness(element: ShaftElement) -> Matrix:
     if element.torque:
         K = K + element.torque * elements.torque_matrix(element)
     return K
+
+
+def _viscous_circulation(element: ShaftElement) -> Matrix:
+    return element.eta_v * elements.circulatory_matrix(element)
+
+
+def _hysteretic_loss(element: ShaftElement) -> Matrix:
+    return element.eta_h * elements.elastic_matrix(element)
+
+
+def _hysteretic_circulation(element: ShaftElement) -> Matrix:
+    return element.eta_h * elements.circulatory_matrix(element)
 
 
 def _material_damping(element: ShaftElement) -> Matrix:

@@ -12,6 +12,7 @@ The undamped map shows synchronous forward critical speeds over the bearings' st
 bearings forward whirl at the speed has x + i y = u exp(i Omega t), beta - i alpha = theta exp(i Omega t), and in the
 plane (x, beta) alone K q = Omega^2 (M + G_f) q with G_f = -I_p of a disc's rotation: symmetric. That none is missing
 below the last one is counted by the inertia of M - mu K, mu = 1 / omega^2, since K is positive definite (Sylvester).
+The modes on the softest springs make both diagonal; stiffer springs change K by a matrix of their number's rank.
 
 For the stability all modes are computed at every speed; a motion that grows without oscillation has a damping ratio of
 -1, a logarithmic decrement of minus infinity and a frequency of 0. The onset lies where the least damping ratio crosses
@@ -32,7 +33,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, eigh
-from scipy.linalg.lapack import dsytrf
 
 from fe_shaft import modal
 from fe_shaft.assembly import AssembledRotor
@@ -51,6 +51,12 @@ _FLOOR, _ABOVE = 1e-4, 1.02
 """Lowest frequency that is followed, and highest, over the highest speed."""
 _BEYOND = 1e-6
 """Relative distance above the highest critical speed up to which they are counted."""
+_MORE = 8
+"""Vectors of a subspace iteration besides those that are asked for."""
+_RITZ = 1e-13
+"""Change of the inverse squares of frequencies, over the largest, after which it ends."""
+_ITERATIONS = 100
+"""Most steps of it; the count shows what has not come to an end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,11 +268,10 @@ def run_ucs(
     unit = np.zeros(rotor.ndof)
     for bearing in rotor.bearing_elements:
         unit[rotor.layout.place(bearing.n)] += 1.0
-    held_by = [K + np.diag(k * unit[plane]) for k in stiffness]
-    wn = [_lowest_undamped(M, one, num_modes) for one in held_by]
-    missing = [_count_up_to(M, one, float(np.nanmax(w, initial=0.0))) - np.isfinite(w).sum()
-               for one, w in zip(held_by, wn, strict=True)]  # fmt: skip
-    return UcsResult(stiffness, np.stack(wn, 1), np.array(missing, float))
+    springs = _springs(M, K, unit[plane], stiffness)
+    wn = springs.lowest(num_modes)
+    highest = np.nanmax(wn, axis=1, initial=0.0)
+    return UcsResult(stiffness, wn.T, springs.count_up_to(highest) - np.isfinite(wn).sum(axis=1))
 
 
 def _forward_plane(
@@ -286,25 +291,65 @@ def _forward_plane(
     return M, rotor.parts.K[np.ix_(plane, plane)], plane
 
 
-def _lowest_undamped(M: NDArray[np.float64], K: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """The lowest real frequencies; K is positive definite, M need not be."""
-    K = (K + K.T) / 2
-    inverse = eigh(M, K, eigvals_only=True, subset_by_index=(max(0, len(M) - count), len(M) - 1))[::-1]
-    wn = np.full(count, np.nan)
-    positive = inverse[inverse > len(M) * EPS * max(inverse[0], 0.0)]
-    wn[: len(positive)] = 1 / np.sqrt(positive)
-    return wn
+@dataclass(frozen=True, eq=False)
+class _Springs:
+    """A rotor in the plane x, beta on springs of several stiffnesses, in its modes on the softest ones.
+
+    `inverse` (n,) are 1 / omega^2 there, the largest first, `held` (n, springs) the springs' places in the modes, in
+    which K is I, and `stiffer` (stiffness, 1, 1) [N/m] is what the others have more: K = I + stiffer held held'.
+    """
+
+    inverse: NDArray[np.float64]
+    held: NDArray[np.float64]
+    stiffer: NDArray[np.float64]
+
+    def lowest(self, count: int) -> NDArray[np.float64]:
+        """The lowest real frequencies (stiffness, count) [rad/s], NaN beyond the last, by subspace iteration."""
+        C, CT, d = self.held, self.held.T, self.stiffer
+        n, size = len(C), min(len(C), count + _MORE)
+        eased = d * np.linalg.inv(np.eye(C.shape[1]) + d * (CT @ C))
+        Y, before = np.broadcast_to(np.eye(n, size), (len(d), n, size)), np.zeros((len(d), size))
+        for _ in range(_ITERATIONS):
+            Q = np.linalg.qr(Y)[0]
+            moved = CT @ Q
+            lower = np.linalg.cholesky(np.eye(size) + d * (moved.mT @ moved))
+            turn = np.linalg.inv(lower).mT
+            found, mix = np.linalg.eigh(turn.mT @ (Q.mT @ (self.inverse[:, None] * Q)) @ turn)
+            if (np.abs(found - before)[:, -count:] < _RITZ * np.abs(found).max(axis=1, keepdims=True)).all():
+                break
+            before, Y = found, self.inverse[:, None] * (Q @ (turn @ mix))
+            Y = Y - C @ (eased @ (CT @ Y))
+        top = found[:, ::-1][:, :count]
+        positive = top > n * EPS * np.maximum(top[:, :1], 0.0)
+        wn = np.full((len(d), count), np.nan)
+        wn[:, : top.shape[1]] = 1 / np.sqrt(np.where(positive, top, np.nan))
+        return wn
+
+    def count_up_to(self, highest: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Number (stiffness,) of real frequencies up to the `highest` (stiffness,) [rad/s].
+
+        The inertia of M - mu K is that of its first part, which is diagonal, and of what the springs make of it.
+        """
+        with np.errstate(divide="ignore"):
+            least = 1 / (highest * (1 + _BEYOND)) ** 2
+        above = self.inverse - least[:, None]
+        moved = (self.held.T / above[:, None]) @ self.held
+        soft = np.eye(self.held.shape[1]) - least[:, None, None] * self.stiffer * moved
+        springs = (np.linalg.eigvalsh(np.where(np.isfinite(soft), soft, 0.0)) > 0).sum(axis=1) - soft.shape[1]
+        return np.where(highest > 0, (above > 0).sum(axis=1) + springs, 0.0)
 
 
-def _count_up_to(M: NDArray[np.float64], K: NDArray[np.float64], highest: float) -> int:
-    """Number of real frequencies up to the `highest` [rad/s]."""
-    if not highest:
-        return 0
-    unit = 1 / np.sqrt(np.diag(K))  # a congruence, which leaves the inertia as it is
-    A = (M - K / (highest * (1 + _BEYOND)) ** 2) * unit * unit[:, None]
-    factors, pivots, _ = dsytrf((A + A.T) / 2, lower=1)
-    double = pivots < 0  # a block of two rows has one positive and one negative eigenvalue
-    return int(np.sum(np.diag(factors)[~double] > 0) + double.sum() // 2)
+def _springs(
+    M: NDArray[np.float64], K: NDArray[np.float64], unit: NDArray[np.float64], stiffness: NDArray[np.float64]
+) -> _Springs:
+    """The modes on springs of the first, softest `stiffness` at the degrees of freedom with a `unit`.
+
+    K with springs is positive definite, M need not be.
+    """
+    inverse, modes = eigh(M, (K + K.T) / 2 + np.diag(stiffness[0] * unit))
+    order = np.argsort(-inverse)
+    held = (modes[:, order].T * np.sqrt(unit))[:, unit > 0]
+    return _Springs(inverse[order], held, (stiffness - stiffness[0])[:, None, None])
 
 
 @dataclass(frozen=True, eq=False)

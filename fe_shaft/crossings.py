@@ -18,11 +18,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fe_shaft.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, overlap
+from fe_shaft.follower import CERTAIN, INDISTINCT, Branch, Family, Followed, Node, follow, jumps, overlap
 from fe_shaft.pencil import Modes, Pencil
 from fe_shaft.spectrum import NEAR, SMALL, everything, predicted, refined, settled, tracked
 from rotorsim.base.rounding import DAMPED, falls_below_zero
@@ -31,8 +32,6 @@ LAST_STEP = 1e-12
 """Square of the last step to a crossing over the crossing and the width around it: the next one is below 1e-9."""
 STEPS = 50
 """Steps to a crossing, after which it counts as not certain."""
-JUMP = 1e-11
-"""Relative width of an interval over which a natural frequency that passes the line jumps."""
 HALVINGS = 16
 """Halvings of the distance to a place at which a mode is known, before it counts as not certain."""
 
@@ -65,8 +64,7 @@ def crossings(
     The second list holds the intervals in which a crossing, or a mode that may cross, stays uncertain.
     """
     family = cache(family)
-    out: list[Crossing] = []
-    lost, lines = found.uncertain, _Lines(family, found)
+    out, lost, lines = list[Crossing](), list[Interval](), _Lines(family, found)
     for order in orders:
         some, left_over = _crossed(lines, order, TIMES_AGAIN)
         out, lost = out + some, lost + left_over
@@ -117,16 +115,26 @@ def _crossed(lines: _Lines, order: float, again: int) -> tuple[list[Crossing], l
     out = [replace(one, branch=b) for b, one in every if isinstance(one, Crossing)]
     out = [one for one in out if found.region.holds(one.modes.values[0])]
     lost = [one for _, one in every if not isinstance(one, Crossing)]
-    if not again:
-        return out, lost
     at, left_over = [node.at for node in found.nodes], []
-    for i in sorted({bisect_right(at, 0.5 * (a + b)) - 1 for a, b in lost}):
+    steps = {bisect_right(at, 0.5 * (a + b)) - 1 for a, b in lost}
+    for i in sorted(steps.union(i for i in found.breaks if _break_is_open(found, i, order))):
+        if not again or jumps(at[i], at[i + 1]):
+            left_over.append((at[i], at[i + 1]))
+            continue
         closer = lines.closer(i)
         inner, open_ones = _crossed(closer, order, again - 1)
         out = [one for one in out if not at[i] < one.at < at[i + 1]]
         out += [replace(one, branch=_named(closer.found, one.branch, found, i)) for one in inner]
-        left_over += closer.found.uncertain + open_ones
+        left_over += open_ones
     return out, left_over
+
+
+def _break_is_open(found: Followed, i: int, order: float) -> bool:
+    """Whether modes that end and begin between two nodes may cross a line: not at a jump that leaves as many below."""
+    below = [0, 0]
+    for j, k in found.breaks[i]:
+        below[j - i] += bool(abs(found.nodes[j].modes.values[k]) < order * abs(found.nodes[j].at))
+    return below[0] != below[1] or not jumps(found.nodes[i].at, found.nodes[i + 1].at)
 
 
 def _named(closer: Followed, branch: int, found: Followed, i: int) -> int:
@@ -208,12 +216,14 @@ class _Line:
         The slopes at both, towards each other and towards the places around them, tell how far the mode may deviate
         from the straight line between; an interval in which that leaves a crossing open is halved.
         """
-        width, turn = b.at - a.at, order * np.sign(a.at + b.at)
+        width, turn = b.at - a.at, order * float(np.sign(a.at + b.at))
         mean = (b.size - a.size) / width
         bend = max(abs(self._slope(p, q) - mean) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1])))
         gaps = a.size - order * abs(a.at), b.size - order * abs(b.at)
         crosses = (gaps[0] > 0) != (gaps[1] > 0)
         if bend < abs(mean - turn) or (not crosses and bend * width < min(map(abs, gaps))):
+            return [self._root(a, b, order) or (a.at, b.at)] if crosses else []
+        if jumps(a.at, b.at):
             return [self._root(a, b, order) or (a.at, b.at)] if crosses else []
         middle = self._place(0.5 * (a.at + b.at)) if width > LEAST_WIDTH * max(abs(a.at), abs(b.at)) else None
         if middle is None:
@@ -291,13 +301,13 @@ class _Line:
         def gap(place: _Place) -> float:
             return place.size - order * abs(place.at)
 
-        turn, upward = order * np.sign(a.at + b.at), (gap(b) > gap(a)) == (a.at + b.at > 0)
+        turn, upward = order * float(np.sign(a.at + b.at)), (gap(b) > gap(a)) == (a.at + b.at > 0)
         low, high, places, close = a, b, [a, b], LAST_STEP * (b.at - a.at) * max(abs(a.at), abs(b.at))
         for _ in range(STEPS):
-            rates = [_derivative(one, [other for other in places if other is not one]) - turn for one in places]
+            rates = [self._derivative(one, [other for other in places if other is not one]) - turn for one in places]
             x = _zero([gap(one) for one in places], [one.at for one in places], rates)
             here = places[-1]
-            if high.at - low.at < JUMP * max(abs(low.at), abs(high.at)):
+            if jumps(low.at, high.at):
                 side = min(low, high, key=lambda one: abs(gap(one)))
                 return Crossing(0, order, side.at, upward, side.pencil, side.mode)
             if len(places) > 2 and (x - here.at) ** 2 < close:
@@ -311,6 +321,13 @@ class _Line:
             low, high = (new, high) if left else (low, new)
         return None
 
+    def _derivative(self, place: _Place, others: list[_Place]) -> float:
+        """Derivative of \\|s\\| at a place out of the slopes towards one or two others."""
+        if len(others) == 1:
+            return self._slope(place, others[0])
+        (d, slope), (e, other) = ((one.at - place.at, self._slope(place, one)) for one in others)
+        return slope if e == d else (e * slope - d * other) / (e - d)
+
 
 def rates(modes: Modes, pencil: Pencil) -> NDArray[np.complex128]:
     """First change (k,) of the eigenvalues of modes (k) towards another pencil."""
@@ -318,25 +335,19 @@ def rates(modes: Modes, pencil: Pencil) -> NDArray[np.complex128]:
     return np.asarray(np.sum(modes.left.conj() * change, axis=0))
 
 
-def _derivative(place: _Place, others: list[_Place]) -> float:
-    """Derivative of \\|s\\| at a place out of the slopes towards one or two others."""
-    if len(others) == 1:
-        return place.slope(others[0])
-    (d, slope), (e, other) = ((one.at - place.at, place.slope(one)) for one in others)
-    return slope if e == d else (e * slope - d * other) / (e - d)
-
-
 def _zero(values: list[float], at: list[float], rates: list[float]) -> float:
     """Root of a monotonous function by Hermite's interpolation of its inverse; NaN where two values are the same."""
-    z, column = np.repeat(values, 2), np.repeat(at, 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        first = np.diff(column) / np.diff(z)
-        first[::2] = 1 / np.array(rates)
-        weight, x, column = -z[0], column[0], first
+    z = [one for one in values for _ in range(2)]
+    x, weight = at[0], -z[0]
+    try:
+        slant = [(b - a) / (w - v) for (a, b), (v, w) in zip(pairwise(at), pairwise(values), strict=True)]
+        column = [one for pair in zip([1 / rate for rate in rates], [*slant, 0.0], strict=True) for one in pair][:-1]
         for k in range(1, len(z)):
             x, weight = x + weight * column[0], -weight * z[k]
-            column = np.diff(column) / (z[k + 1 :] - z[: -k - 1])
-    return float(x)
+            column = [(q - p) / (z[i + k + 1] - z[i]) for i, (p, q) in enumerate(pairwise(column))]
+    except ZeroDivisionError:
+        return nan
+    return x
 
 
 def _continued(node: Node, k: int, pencil: Pencil) -> Modes | None:

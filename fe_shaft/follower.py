@@ -7,6 +7,9 @@ A mode j at one value and a mode k at the next are one where their left and righ
 and steps are halved until that holds for every mode of the region. A branch so begins and ends at the ends of the
 range, at a border of the region or where there is no pencil (a film that does not carry); it never jumps.
 
+The pencil may jump, as where a foil's one-sided strip meets its bump. No step is shorter than `JUMP` of the value
+there: modes that differ across it have no common branch.
+
 Source: Friswell et al. (2010), section 6.8; the overlap is the modal assurance of Allemang with left vectors.
 
 Cites: friswell_2010.
@@ -16,7 +19,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +35,8 @@ INDISTINCT = 1e-7
 """Relative distance of eigenvalues whose vectors rounding mixes: they are turned into those of the neighbour."""
 FINEST = 2e-7
 """Shortest step over the range: a mode that is not certain there ends."""
+JUMP = 1e-11
+"""Shortest step over the value itself, above its rounding: what changes across it jumps."""
 CARRIED = 1e-3
 """Step over the range after which the end of the values that have a pencil is known well enough."""
 SHORTEST = 1e-7
@@ -76,12 +83,21 @@ class Followed:
         at = np.array([self.nodes[i].at for i, _ in branch.places])
         return at, np.array([self.nodes[i].modes.values[k] for i, k in branch.places])
 
+    @cached_property
+    def breaks(self) -> dict[int, list[tuple[int, int]]]:
+        """Places at which modes begin or end because they are not certain, by the node before."""
+        out: dict[int, list[tuple[int, int]]] = {}
+        for branch in self.branches:
+            (i, j), (n, k) = branch.places[0], branch.places[-1]
+            for before, place, why in ((i - 1, (i, j), branch.begins), (n, (n, k), branch.ends)):
+                if why == "not certain":
+                    out.setdefault(before, []).append(place)
+        return out
+
     @property
     def uncertain(self) -> list[tuple[float, float]]:
         """Intervals of the parameter at whose ends a mode could not be followed further."""
-        begun = [b.places[0][0] for b in self.branches if b.begins == "not certain"]
-        ended = [b.places[-1][0] + 1 for b in self.branches if b.ends == "not certain"]
-        return [(self.nodes[i - 1].at, self.nodes[i].at) for i in sorted({*begun, *ended})]
+        return [(self.nodes[i].at, self.nodes[i + 1].at) for i in sorted(self.breaks)]
 
 
 def follow(family: Family, values: Sequence[float], region: Region, hints: Sequence[float] = ()) -> Followed:
@@ -116,7 +132,7 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
         here, there = nodes[-1], waiting[-1]
         step = there.at - here.at
         if (here.pencil is None) != (there.pencil is None):
-            if step > CARRIED * width:
+            if step > CARRIED * width and not jumps(here.at, there.at):
                 waiting.append(node(0.5 * (here.at + there.at), (here if there.pencil is None else there).modes))
                 continue
             one: dict[int, int] = {}
@@ -128,7 +144,7 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
             if len(nodes) > 1 and nodes[-2].pencil is not None and region.holds(late).any():
                 nodes[-2], here, links[-1] = _linked(nodes[-2], here, region, first=False)
             certain = _all_linked(here, there, one, region)
-            if not certain and step > FINEST * width:
+            if not certain and step > FINEST * width and not jumps(here.at, there.at):
                 waiting[-1] = there
                 nodes[-1] = here
                 waiting.append(node(0.5 * (here.at + there.at), here.modes))
@@ -138,6 +154,11 @@ def follow(family: Family, values: Sequence[float], region: Region, hints: Seque
         links.append(one)
         waiting.pop()
     return Followed(region, tuple(nodes), _branches(nodes, links, region))
+
+
+def jumps(a: float, b: float) -> bool:
+    """Whether what changes between two values jumps: they are too near to one another for a step between them."""
+    return abs(b - a) <= JUMP * max(abs(a), abs(b))
 
 
 def filled(values: Sequence[float]) -> list[float]:
@@ -159,7 +180,9 @@ def overlap(a: Pencil, of_a: Modes, b: Pencil, of_b: Modes) -> NDArray[np.float6
 
 def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node, Node, dict[int, int]]:
     """Both nodes, with modes outside the region that those of the other one become, and how they continue."""
-    assert here.pencil is not None and there.pencil is not None
+    alike = _at_once(here, there, region)
+    if alike is not None:
+        return here, there, alike
     here = _with_partners(here, there, region)
     there = _with_partners(there, here, region)
     there = _turned(there, here)
@@ -178,6 +201,25 @@ def _linked(here: Node, there: Node, region: Region, first: bool) -> tuple[Node,
     return here, there, {int(near[j]): int(k) for j, k in pairs}
 
 
+def _at_once(here: Node, there: Node, region: Region) -> dict[int, int] | None:
+    """Continuations of modes whose overlap is certain as they are; None where one's is not, or two are indistinct."""
+    assert here.pencil is not None and there.pencil is not None
+    near = np.flatnonzero(region.wider.holds(here.modes.values))
+    if not near.size or _indistinct(here.modes.values) or _indistinct(there.modes.values):
+        return None
+    P = overlap(here.pencil, here.modes.take(near), there.pencil, there.modes)
+    best = P.argmax(axis=1).tolist()
+    inside = np.flatnonzero(region.holds(there.modes.values)).tolist()
+    if P.max(axis=1).min() < CERTAIN or len(set(best)) < len(best) or not set(inside) <= set(best):
+        return None
+    return dict(zip(near.tolist(), best, strict=True))
+
+
+def _indistinct(s: NDArray[np.complex128]) -> bool:
+    """Whether rounding mixes the vectors of two eigenvalues."""
+    return bool(((np.abs(s - s[:, None]) < INDISTINCT * np.abs(s)).sum(axis=0) > 1).any())
+
+
 def carried(modes: Modes, pencil: Pencil) -> Modes | None:
     """Modes of a neighbour, continued within their subspace in their order; None where that is not certain."""
     if not len(modes.values):
@@ -185,7 +227,7 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
     try:
         there = np.linalg.solve(S, J)
-        found = through(np.diag(modes.values), there, np.arange(len(S)))
+        found = through(np.diag(modes.values), there, np.arange(len(S)), (modes.values, np.eye(len(S))))
         if found is None:
             return None
         values, turn = found
@@ -195,19 +237,19 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
 
 
 def through(
-    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp]
+    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp], known: Any = None
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
     """Eigenvalues and vectors of a small matrix, as those of another one become them; None where that is not certain.
 
     The first matrix is changed into the last one in as many steps as it takes: modes that exchange their vectors over a
     short way, as the two planes of a rotor do near rest, need no more nodes. `chosen` are those of
-    ``numpy.linalg.eig(first)`` that have to be certain.
+    ``numpy.linalg.eig(first)``, or of what is `known` in its place, that have to be certain.
     """
-    values, turn = np.linalg.eig(first)
+    values, turn = known or np.linalg.eig(first)
     back, now, step = np.linalg.inv(turn), 0.0, 1.0
     while now < 1:
         step = min(step, 1 - now)
-        new, vectors = np.linalg.eig(first * (1 - now - step) + last * (now + step))
+        new, vectors = np.linalg.eig(last if now + step == 1 else first * (1 - now - step) + last * (now + step))
         inverse = np.linalg.inv(vectors)
         P = np.abs((back @ vectors) * (inverse @ turn).T)
         best = _pairs(P)[1]
@@ -242,11 +284,11 @@ def _all_linked(here: Node, there: Node, one: dict[int, int], region: Region) ->
 def _with_partners(node: Node, other: Node, region: Region) -> Node:
     """The node with what the modes of the other one become here, if that is not among its modes yet."""
     assert node.pencil is not None and other.pencil is not None
-    P = overlap(other.pencil, other.modes, node.pencil, node.modes)
-    alone = region.holds(other.modes.values) & ((P.max(axis=1) if P.shape[1] else np.zeros(len(P))) < PARTNER)
+    inside = other.modes.take(region.holds(other.modes.values))
+    alone = overlap(other.pencil, inside, node.pencil, node.modes).max(axis=1, initial=0.0) < PARTNER
     if not alone.any():
         return node
-    known, more = node.modes, refined(node.pencil, other.modes.take(alone))
+    known, more = node.modes, refined(node.pencil, inside.take(alone))
     found = joined(node.pencil, known, more)
     if known.proven:
         return replace(node, modes=replace(found, missing=known.missing, quotient=known.quotient))

@@ -162,7 +162,7 @@ class Modes:
 
     def take(self, which: Any) -> Modes:
         """Modes of the indices or flags `which`."""
-        return replace(self, values=self.values[which], right=self.right[:, which], left=self.left[:, which])
+        return Modes(self.values[which], self.right[:, which], self.left[:, which], self.missing, self.quotient)
 
 
 def nothing(size: int) -> Modes:

@@ -25,11 +25,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eig
+from scipy.linalg.lapack import dgeev
 
 from fe_shaft.pencil import OSCILLATES, Modes, Pencil, Quotient, Region, Vector, nothing
 
@@ -55,24 +56,34 @@ DEPTH, WIDTH = 14, 2
 
 def everything(pencil: Pencil) -> Modes:
     """All modes of a small pencil that are not below the real axis: none is missing."""
-    S = pencil.times_S(np.eye(pencil.size))
-    values, left, right = eig(_state_matrix(pencil, S), left=True, check_finite=False)
-    keep = values.imag >= 0
-    values, right, left = values[keep], right[:, keep], left[:, keep]
+    S = pencil.times_S(_unit(pencil.size))
+    real, imag, left, right, failed = dgeev(_state_matrix(pencil, S), overwrite_a=1)
+    if failed:
+        raise np.linalg.LinAlgError("the eigenvalues of a pencil do not converge")
+    keep = np.flatnonzero(imag >= 0)
+    behind = np.minimum(keep + 1, len(real) - 1)  # of a pair LAPACK keeps the real parts, then the imaginary ones
+    values, turns = real[keep] + 1j * imag[keep], imag[keep] > 0
+    right, left = (side[:, keep] + 1j * np.where(turns, side[:, behind], 0.0) for side in (right, left))
     left = left / np.diag(S)[:, None] if _diagonal(S) else np.linalg.solve(S.T, left)
     return Modes(values, right, _paired_nearby(pencil, values, right, left), 0.0)
 
 
 def without_vectors(pencil: Pencil) -> Modes:
     """Eigenvalues of a small pencil that are not below the real axis, at a third of the cost: none is missing."""
-    values = np.linalg.eigvals(_state_matrix(pencil, pencil.times_S(np.eye(pencil.size)))).astype(complex)
+    values = np.linalg.eigvals(_state_matrix(pencil, pencil.times_S(_unit(pencil.size)))).astype(complex)
     return replace(nothing(pencil.size), values=values[values.imag >= 0], missing=0.0)
 
 
 def _state_matrix(pencil: Pencil, S: Vector) -> Vector:
     """S^-1 J (n, n)."""
-    J = pencil.times_J(np.eye(pencil.size))
+    J = pencil.times_J(_unit(pencil.size))
     return J / np.diag(S)[:, None] if _diagonal(S) else np.linalg.solve(S, J)
+
+
+@lru_cache(maxsize=8)
+def _unit(size: int) -> Vector:
+    """Unit matrix; not to be written into."""
+    return np.eye(size)
 
 
 def _diagonal(S: Vector) -> bool:
@@ -128,6 +139,8 @@ def predicted(pencil: Pencil, modes: Modes) -> Modes:
     if not len(modes.values):
         return modes
     J, S = modes.left.conj().T @ pencil.times_J(modes.right), modes.left.conj().T @ pencil.times_S(modes.right)
+    if len(modes.values) == 1:
+        return Modes((J / S)[0], modes.right, modes.left / S.conj())
     values, turn = np.linalg.eig(np.linalg.solve(S, J))
     return Modes(values, modes.right @ turn, modes.left @ np.linalg.inv(S @ turn).conj().T)
 
@@ -244,9 +257,12 @@ def _paired_nearby(pencil: Pencil, s: Vector, right: Vector, left: Vector) -> Ve
     """Left vectors with left^H S right = I among near eigenvalues; those of distant ones are orthogonal as they are."""
     pushed = pencil.times_S(right)
     close = np.abs(s[:, None] - s) < NEAR * np.abs(s[:, None])
-    if close.sum() == len(s):
-        return left / np.sum(left.conj() * pushed, axis=0).conj()
-    return left @ np.linalg.pinv(np.where(close, left.conj().T @ pushed, 0.0)).conj().T
+    near = np.flatnonzero((close | close.T).sum(axis=0) > 1)
+    paired = left / np.sum(left.conj() * pushed, axis=0).conj()
+    if near.size:
+        among = np.where(close[np.ix_(near, near)], left[:, near].conj().T @ pushed[:, near], 0.0)
+        paired[:, near] = left[:, near] @ np.linalg.pinv(among).conj().T
+    return paired
 
 
 FARTHEST = 1e4

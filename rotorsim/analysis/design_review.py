@@ -27,19 +27,18 @@ import xarray as xr
 
 from fe_shaft.follower import Node
 from fe_shaft.modal import half_axes
-from fe_shaft.response import StaticResult, run_static, weight
-from fe_shaft.shaft import BearingElement
+from fe_shaft.response import GRAVITY, weight
 from reynolds import kernels
 from rotorsim.analysis import standards
 from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
-from rotorsim.analysis.modes_over_speed import ModesOverSpeed, modes_over_speed
-from rotorsim.analysis.shaft_motion import measuring_places, unbalances_of
+from rotorsim.analysis.modes_over_speed import ModesOverSpeed, around, modes_over_speed
+from rotorsim.analysis.shaft_motion import driven, measuring_places, unbalances_of
 from rotorsim.analysis.standards import HalfPower
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import stability_limit, why_open
+from rotorsim.base.display import Report, silent
 from rotorsim.base.errors import ConvergenceError, DataError, MachineFileError, NoLiftOffError, RotorsimError
-from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import ALIKE, first_of_largest, whirl_sense
 from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.effects.rotor.unbalance import RotorUnbalance
@@ -91,8 +90,6 @@ CHANGED = 1e-3
 """Relative change of a value by which a slope is measured."""
 OF_MODE = re.compile(r"\d+ rpm|, \S+ Hz, (no|one|\d+) nodes?$")
 """Speed, frequency and shape of a mode in the name of a requirement."""
-STANDARD_GRAVITY = 9.80665
-"""Acceleration [m/s^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +237,7 @@ class DesignReview:
         """The unbalance of the machine file, or one of grade G 2.5 without it."""
         return self.cases[-1]
 
-    @property
+    @cached_property
     def checks(self) -> tuple[DesignCheck, ...]:
         """Requirements, in the order of the page."""
         return tuple(_checks(self))
@@ -274,6 +271,7 @@ def design_review(
     speeds: tuple[float, float] | None = None,
     pressure: float = 0.5e6,
     sensitivity: float | None = None,
+    progress: Report = silent,
 ) -> DesignReview:
     """Review the design of a machine by the rules of API 617/684, ISO 21940-11, ISO 20816-3 and ISO 14839-3.
 
@@ -287,6 +285,8 @@ def design_review(
         Gauge supply pressure [Pa].
     sensitivity : float, optional
         Largest sensitivity of a control law's loop.
+    progress : callable
+        Takes a text about each step before it starts.
 
     Raises
     ------
@@ -307,7 +307,10 @@ def design_review(
     axial = axial_curves(plant.machine, high, pressure, BEYOND) if plant.machine.thrust_bearings else None
     pressure = float(felt([plant.machine], [pressure])[0])
     at = np.unique([*np.linspace(0.0, high, STEPS + 1), *np.linspace(high, BEYOND * high, FURTHER + 1), low])
-    found = modes_over_speed(plant, at, pressure, FIRST, (1,))
+    last = around(at)[-1] * TO_RPM
+    found = modes_over_speed(
+        plant, at, pressure, FIRST, (1,), lambda text: progress(f"step 1 of 3, {text} of 0 to {last:.0f} rpm")
+    )
     loads = static_loads(plant)
     modes = critical_lines(plant, found)
     cases = _cases(plant, modes, loads, high)
@@ -315,8 +318,9 @@ def design_review(
     places = _looked(plant, probes)
     gaps = list(_gaps(plant))
     known = np.unique(np.round([*plant.assembly.mesh.nodes, *places.values(), *(z for _, z, _ in gaps)], 9))
-    responses = _responses(plant, found, modes, cases, known, pressure, high)
+    responses = _responses(plant, found, modes, cases, known, pressure, high, progress)
     scales = _scales(responses, cases, probes, (low, high))
+    progress(f"step 3 of 3, films at {high * TO_RPM:.0f} rpm and the figures")
     films, gap, refused = _films(plant, high, pressure)
     return DesignReview(
         plant, low, high, pressure, stated,
@@ -413,7 +417,7 @@ def static_loads(plant: Plant) -> np.ndarray:
 
     Nominal stiffnesses matter with three bearings or more.
     """
-    return _resting(plant, 1.0).bearing_forces[:, 1]
+    return plant.assembly.mesh.resting.bearing_forces[:, 1] / GRAVITY
 
 
 def static_deflection(plant: Plant) -> xr.Dataset:
@@ -442,7 +446,7 @@ def static_deflection(plant: Plant) -> xr.Dataset:
     >>> abs(float(found["load"].sum()) / 9.80665 / rs.load_machine("plain_rotor").mass - 1) < 1e-9
     True
     """
-    found, nodes = _resting(plant, STANDARD_GRAVITY), plant.assembly.mesh.nodes
+    found, nodes = plant.assembly.mesh.resting, plant.assembly.mesh.nodes
     sag = -found.displacement[1 : 4 * len(nodes) : 4]
     return xr.Dataset(
         {
@@ -457,21 +461,11 @@ def static_deflection(plant: Plant) -> xr.Dataset:
     )
 
 
-def _resting(plant: Plant, gravity: float) -> StaticResult:
-    """Rest of shaft and discs under gravity [m/s2] on the bearings' nominal stiffness."""
-    mesh, held = plant.assembly.mesh, []
-    for bearing in plant.machine.bearings:
-        K = bearing.coefficients
-        own = bearing.spring or (0.5 * float(np.trace(K[0])) if K is not None else 0.0)
-        held.append(BearingElement(mesh.node(bearing.position), own, 0.0))
-    points = [p for p in mesh.constant.point_mass_elements if p.n < len(mesh.nodes)]
-    rotor = replace(mesh.constant, bearing_elements=held, point_mass_elements=points)
-    return run_static(rotor, gravity)
-
-
 def critical_lines(plant: Plant, found: ModesOverSpeed) -> list[CriticalSpeed]:
     """Every crossing of 1X with its deflected line, in the order of `found.crossings`."""
-    return [_critical(plant, *one) for one in _crossed(found)]
+    nodes = drawn_places(plant)
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in nodes])
+    return [_critical(nodes, rows, *one) for one in _crossed(found)]
 
 
 def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndarray]]:
@@ -482,10 +476,10 @@ def _crossed(found: ModesOverSpeed) -> Iterator[tuple[float, float, str, np.ndar
         yield float(speed), float(zeta), str(whirl_sense(np.array([orbit]))[0]), one.modes.right[-2 * m : -m, 0]
 
 
-def _critical(plant: Plant, speed: float, zeta: float, whirl: str, q: np.ndarray) -> CriticalSpeed:
-    """A crossing of 1X with its deflected line, from modal displacements q."""
-    nodes = drawn_places(plant)
-    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in nodes])
+def _critical(
+    nodes: np.ndarray, rows: np.ndarray, speed: float, zeta: float, whirl: str, q: np.ndarray
+) -> CriticalSpeed:
+    """A crossing of 1X with its deflected line, from modal displacements q and rows (n, 2, m) at the nodes [m]."""
     line = deflected_line(*(rows @ q[: rows.shape[2]]).T)
     flips = np.flatnonzero(line[:-1] * line[1:] < 0)
     zeros = nodes[flips] + (nodes[flips + 1] - nodes[flips]) * line[flips] / (line[flips] - line[flips + 1])
@@ -611,7 +605,7 @@ def _gaps(plant: Plant) -> Iterator[tuple[str, float, float]]:
 
 def _responses(
     plant: Plant, found: ModesOverSpeed, modes: Sequence[CriticalSpeed], cases: Sequence[UnbalanceCase],
-    places: np.ndarray, pressure: float, high: float,
+    places: np.ndarray, pressure: float, high: float, progress: Report,
 ) -> xr.Dataset:  # fmt: skip
     """Major half axes (case, speed, z) [m, 0-pk] and least damping ratio (speed) up to the last speed looked at."""
     nodes = {node.at: node.pencil for node in found.followed.nodes}
@@ -619,19 +613,17 @@ def _responses(
     more = [high] + [m.speed * (1 + k * max(m.zeta, 1e-4)) for m in modes for k in AROUND]
     speeds = np.unique(np.round([*nodes, *np.linspace(0, last, RESPONSES + 1)[1:], *more], 6))
     speeds = speeds[(speeds > 0) & (speeds <= last)]
-    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
-    loads = np.column_stack([_load(plant, case) for case in cases])
-    q = np.full((len(speeds), *loads.shape), np.nan, complex)
+    models = list[LinearPlant | None]()
     for k, speed in enumerate(speeds.tolist()):
+        progress(f"step 2 of 3, unbalance response at {k + 1} of {len(speeds)} speeds")
         model = nodes.get(speed)
         try:
-            model = model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure)
+            models.append(model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure))
         except (NoLiftOffError, ConvergenceError):
-            continue
-        with one_thread():
-            D = model.dynamic_stiffness(1j * speed)
-            q[k] = np.linalg.solve(D, np.pad(speed**2 * loads, ((0, len(D) - len(loads)), (0, 0))))[: len(loads)]
-    x, y = (rows[:, axis] @ q for axis in range(2))
+            models.append(None)
+    rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
+    q = driven(models, speeds, np.column_stack([_load(plant, case) for case in cases]))
+    x, y = (np.moveaxis(np.tensordot(rows[:, axis], q, (1, 1)), 0, 1) for axis in range(2))
     size = half_axes(x, y)[0]
     major = np.where(size > ROUNDED * size.max(axis=1, keepdims=True), size, 0.0 * size).transpose(2, 0, 1)
     known = [(node.at, damping_of(found, node)) for node in found.followed.nodes if node.pencil is not None]

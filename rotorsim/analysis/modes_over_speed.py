@@ -27,6 +27,7 @@ from fe_shaft.crossings import Crossing, crossings
 from fe_shaft.follower import Followed, Node, follow
 from fe_shaft.pencil import Modes, Pencil, Region
 from fe_shaft.spectrum import refined
+from rotorsim.base.display import Report, silent
 from rotorsim.base.errors import ConvergenceError, NoLiftOffError
 from rotorsim.base.processes import one_thread
 from rotorsim.base.rounding import DAMPED as STEADY, divergence
@@ -60,6 +61,7 @@ class ModesOverSpeed:
     pressure: float
     followed: Followed
     orders: tuple[int, ...] = ORDERS
+    progress: Report = silent
 
     @property
     def region(self) -> Region:
@@ -74,7 +76,7 @@ class ModesOverSpeed:
     @cached_property
     def _crossed(self) -> tuple[list[Crossing], list[tuple[float, float]]]:
         with one_thread():
-            return crossings(at_speed(self.plant, self.pressure), self.followed, self.orders)
+            return crossings(at_speed(self.plant, self.pressure, self.progress), self.followed, self.orders)
 
     @property
     def crossings(self) -> list[Crossing]:
@@ -181,10 +183,11 @@ def at_whirl(plant: Plant, model: LinearPlant, frequency: float) -> LinearPlant:
     )
 
 
-def at_speed(plant: Plant, pressure: float) -> Callable[[float], LinearPlant | None]:
+def at_speed(plant: Plant, pressure: float, progress: Report = silent) -> Callable[[float], LinearPlant | None]:
     """The linear model at a speed [rad/s]; None where the film does not carry."""
 
     def model(speed: float) -> LinearPlant | None:
+        progress(f"modes at {speed * TO_RPM:.0f} rpm")
         try:
             return plant.linearise(speed, pressure)
         except NoLiftOffError:
@@ -199,13 +202,15 @@ def modes_over_speed(
     pressure: float = 0.0,
     least: int = 0,
     orders: tuple[int, ...] = ORDERS,
+    progress: Report = silent,
 ) -> ModesOverSpeed:
     """All modes of the region over ascending speeds (n,) [rad/s] at a gauge pressure [Pa], and around them.
 
-    The region also reaches over the `least` lowest natural frequencies of the rotor on its nominal bearings.
+    The region also reaches over the `least` lowest natural frequencies of the rotor on its nominal bearings. `progress`
+    takes each speed in words before its modes.
     """
     searched = around(speeds)
-    family, hints = at_speed(plant, pressure), plant.assembly.mesh.reduced.frequencies
+    family, hints = at_speed(plant, pressure, progress), plant.assembly.mesh.reduced.frequencies
     rotor = np.sort(hints)[: max(least, 1)]
     reach = ABOVE * max(max(orders) * float(np.abs(searched).max()), ABOVE * float(rotor[-1]) if least else 0.0)
     reach = reach or ABOVE * float(rotor[-1])
@@ -216,7 +221,7 @@ def modes_over_speed(
     with one_thread():
         region = Region(reach, floor, DAMPED)
         found = follow(family, np.unique([*searched, *inner]).tolist(), region, np.unique(hints.round(3)).tolist())
-    return ModesOverSpeed(plant, pressure, found, orders)
+    return ModesOverSpeed(plant, pressure, found, orders, progress)
 
 
 def _floor(searched: np.ndarray, orders: tuple[int, ...]) -> float:

@@ -91,12 +91,12 @@ def stability_limit(
     """Onset of whirl [rad/s] at a gauge pressure [Pa] to a relative `accuracy`, and its frequency; NaN for none.
 
     The third number is `onset_looked` of `whirl_onset`, whose search this is, in `FEWEST` steps unless a mode needs
-    shorter ones, or over ascending `speeds` [rad/s] up to `highest`. Raises NoLiftOffError where no speed carries the
-    rotor.
+    shorter ones, or over ascending `speeds` [rad/s] up to `highest` at which the modes were followed. Raises
+    NoLiftOffError where no speed carries the rotor.
     """
     search = LeastDamped.up_to(plant, pressure, highest)
     steps = np.linspace(0.0, highest, FEWEST + 1) if speeds is None else speeds
-    found = search.first_loss(steps, accuracy)
+    found = search.first_loss(steps, accuracy, speeds is not None)
     if not np.isfinite(found[0]) and not found[2]:
         search.at(highest)  # which states that no speed carries
     return found
@@ -198,11 +198,13 @@ class LeastDamped:
         damping, _, proven = self.among(model)
         return damping if proven or damping < -DAMPED else float("nan")
 
-    def first_loss(self, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
+    def first_loss(
+        self, speeds: np.ndarray, accuracy: float = 1e-8, followed: bool = False
+    ) -> tuple[float, float, float]:
         """The same as the function of this name, at kinks of tables too; not looked for on one over whirl frequency."""
         if self.plant.assembly.mesh.whirling:
             return float("nan"), float("nan"), 0.0
-        return first_loss(self, self.with_kinks(speeds), accuracy)
+        return first_loss(self, self.with_kinks(speeds), accuracy, followed)
 
     def with_kinks(self, speeds: np.ndarray) -> np.ndarray:
         """Ascending speeds (n,) [rad/s] with those between at which a table of stiffness or damping bends."""
@@ -219,10 +221,13 @@ class LeastDamped:
         return at_speed(self.plant, self.pressure)(self.sense * size)
 
 
-def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) -> tuple[float, float, float]:
+def first_loss(
+    search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8, followed: bool = False
+) -> tuple[float, float, float]:
     """Onset and frequency there [rad/s], NaN without one, and 1 if every mode was looked for up to there.
 
-    Over ascending speeds (n,) [rad/s]; a rotor that is not carried does not whirl.
+    Over ascending speeds (n,) [rad/s], between which the modes were followed or are; a rotor that is not carried does
+    not whirl.
     """
     looked: list[Node] = []
     complete = True
@@ -232,7 +237,8 @@ def first_loss(search: LeastDamped, speeds: np.ndarray, accuracy: float = 1e-8) 
         return search.place(looked[-1])
 
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
-        nodes = search.followed(speeds[start : start + AT_ONCE + 1].tolist()).nodes
+        steps = speeds[start : start + AT_ONCE + 1].tolist()
+        nodes = [search.node(v) for v in steps] if followed else search.followed(steps).nodes
         looked += nodes
         loss, decided = crossings.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
         complete &= decided and all(node.pencil is None or node.modes.proven for node in looked)

@@ -212,7 +212,8 @@ def bar(columns: Sequence[str] = (), text: str = "", show: bool = True, **fields
 
     drawn = {BAR: BarColumn, LEFT: TimeRemainingColumn}
     shown = [drawn[column]() if column in drawn else TextColumn(column) for column in columns]
-    with Progress(*shown, console=Console(stderr=True)) as progress:
+    # Rich looks through one stream only, and while it shows a bar it puts another one over ours
+    with Progress(*shown, console=Console(file=direct(sys.stderr))) as progress:
         yield partial(progress.update, progress.add_task(visible(text), **{"total": None} | fields))
 
 
@@ -224,6 +225,15 @@ def line(text: str, last: bool = False) -> None:
     """Write over the line of progress; the `last` text stays."""
     if on_terminal():
         print(f"\r{visible(text)}\x1b[K", end="\n" if last else "", file=direct(sys.stderr), flush=True)
+
+
+@contextmanager
+def progress_line(name: str) -> Iterator[Report]:
+    """A `Report` that shows each step on the line of progress behind a name; the line is empty again at the end."""
+    try:
+        yield lambda text: line(f"{name}: {text} ...")
+    finally:
+        line("")
 
 
 def end_line() -> None:

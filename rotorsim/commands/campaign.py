@@ -15,7 +15,7 @@ import typer
 
 from rotorsim.base.errors import DataError
 from rotorsim.base.units import RIG_SAMPLE, show
-from rotorsim.commands.options import AsJson, note_compiling, plans, print_json, quantity
+from rotorsim.commands.options import AsJson, a_folder, note_compiling, plans, print_json, quantity
 from rotorsim.commands.registry import CommandGroup, command, group
 from rotorsim.commands.results import files
 
@@ -91,7 +91,9 @@ def run_plan(
     plan: Annotated[
         str, typer.Argument(metavar="PLAN", help="Plan file, or a shipped plan: thesis.", autocompletion=plans)
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the campaign; resumed if it is one.")],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", callback=a_folder, help="Folder of the campaign; resumed if it is one.")
+    ],
     options: RunOptions,
 ) -> None:
     """Run a plan, or what is left of it; the word `run` may be left out."""

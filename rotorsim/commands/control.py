@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rotorsim.base.display import line, on_terminal
+from rotorsim.base.display import on_terminal, progress_line
 from rotorsim.base.errors import DataError
 from rotorsim.base.files import write_json
 from rotorsim.base.input_files import parse_json
@@ -132,10 +132,8 @@ def _made(name: str, model: Any, spec: Sequence[str], preset: str) -> Law:
     """The law of a design, whose steps a terminal shows meanwhile."""
     from rotorsim.control import design as make
 
-    try:
-        return make(name, model, spec, preset, lambda step: line(f"design {name}: {step} ..."))
-    finally:
-        line("")
+    with progress_line(f"design {name}") as progress:
+        return make(name, model, spec, preset, progress)
 
 
 def _pair(text: str) -> tuple[float, float]:

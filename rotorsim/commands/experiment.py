@@ -300,6 +300,7 @@ def _report(path: Path, folder: ResultFolder, plant: Plant, experiment: Experime
         rows += [("Passed too fast", summary[FAST])] if FAST in summary else []
         run = analyse(data) if experiment.swept or folder.options.report else None
         if run is not None and experiment.swept:
+            del summary["largest_orbit_um"]  # that of the run is measured from the moving mean
             summary |= run.summary
             with unit_system("metric"):  # the page may be in others, the terminal is not
                 rows = _merged(swept_rows(run), rows)

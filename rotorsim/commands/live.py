@@ -10,7 +10,7 @@ import typer
 
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.interrupt import done, finishing
-from rotorsim.commands.options import MachineName, PlantOptions, note_compiling
+from rotorsim.commands.options import MachineName, PlantOptions, a_folder, note_compiling
 from rotorsim.commands.registry import command
 from rotorsim.report.browser import has_browser
 
@@ -29,7 +29,7 @@ def live(
     *,
     settings: PlantOptions,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the machine's noise.")] = 0,
-    out: Annotated[Path, typer.Option(help="Folder for scenes and records.")] = Path("live"),
+    out: Annotated[Path, typer.Option(callback=a_folder, help="Folder for scenes and records.")] = Path("live"),
     port: Annotated[int, typer.Option(help="Port on this machine; the next free one if it is taken.")] = 8750,
     keep_open: Annotated[bool, typer.Option("--keep-open", help="Run on after the last window is closed.")] = False,
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
@@ -41,8 +41,6 @@ def live(
     warnings.filterwarnings("ignore", module="requests")  # the server imports it and does not use it
     if not 1 <= port <= 65535:
         raise DataError(f"--port: {port} is not a port; give one from 1 to 65535")
-    if out.is_file():
-        raise DataError(f"--out {out}: is a file; give a folder for scenes and records")
     scene, replay = _saved(machine)
     name: Any = scene.machine if scene else replay.machine if replay else machine
 

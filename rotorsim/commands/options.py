@@ -105,10 +105,22 @@ def designs(incomplete: str) -> list[str]:
     return _matching(laws(), incomplete)
 
 
+FILES = (".html", ".htm", ".pdf", ".csv", ".json", ".nc", ".xlsx", ".toml")
+"""Endings of files, which a folder's name does not have."""
+
+
 def a_folder(path: Path | None) -> Path | None:
-    """Callback of --out: folder path; raises DataError for a file."""
-    if path is not None and path.exists() and not path.is_dir():
-        raise DataError(f"--out: {path} is a file; name a folder")
+    """Callback of --out: folder path; raises DataError for a file, and for a new folder with a file's ending."""
+    if path is None or path.is_dir():
+        return path
+    if path.exists():
+        raise DataError(f"--out: {path} is a file; name a folder", argument="out", value=path)
+    if path.suffix in FILES:
+        raise DataError(
+            f"--out: several files are written, and '{path.name}' is the name of one; name a folder, e.g. {path.stem}",
+            argument="out",
+            value=path,
+        )
     return path
 
 

@@ -51,6 +51,7 @@ def design(
     plant = settings.plant(machine)
     options.note_unfed(plant.machine, bool(pressure and at))
     from rotorsim.analysis.design_review import design_review
+    from rotorsim.base.display import progress_line
     from rotorsim.base.files import write_csv
     from rotorsim.report.design import answered, asked, counts, design_page, numbers, tables
     from rotorsim.report.page import write_page
@@ -69,11 +70,13 @@ def design(
     )
     with result.folder("design", *(f"{name}.csv" for name in names)) as folder:
         options.note_compiling(plant.assembly, "settle")
-        found = design_review(plant, speeds, at, None if law is None else _sensitivity(plant, law, speeds, at))
-        for name, table in tables(found).items():
-            write_csv(folder.add(name, f"{name}.csv"), table.heads, table.rows)
-        if result.report:
-            folder.write_page(lambda path: write_page(lambda: design_page(found, author), path))
+        sensitivity = None if law is None else _sensitivity(plant, law, speeds, at)
+        with progress_line("design review") as progress:
+            found = design_review(plant, speeds, at, sensitivity, progress)
+            for name, table in tables(found).items():
+                write_csv(folder.add(name, f"{name}.csv"), table.heads, table.rows)
+            if result.report:
+                folder.write_page(lambda path: write_page(lambda: design_page(found, author), path))
     rows = [(f"{check.name}: {asked(check)}", f"{check.verdict} ({answered(check)})") for check in found.checks]
     rows = [(name.replace("µ", "u"), text.replace("µ", "u")) for name, text in rows]
     rows += [(verdict, str(number)) for verdict, number in counts(found).items()]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from math import pi
 from pathlib import Path
@@ -31,6 +32,7 @@ from rotorsim.machine.file_text import (
     with_value,
     with_values,
     without,
+    written,
 )
 from rotorsim.machine.rotor_import import points_of
 from rotorsim.machine.schema import Machine, leaves
@@ -213,8 +215,8 @@ class Design:
 
     @property
     def tables(self) -> dict[str, Any]:
-        """The tables of the text, as they are written."""
-        return parse(self.text)
+        """The tables of the text, as they are written; not to be changed."""
+        return written(self.text)
 
     @property
     def saved(self) -> bool:
@@ -350,10 +352,16 @@ def unit_of(written: Any, declared: Quantity) -> str:
     return unit or advised(declared.unit)[0]
 
 
+@lru_cache(maxsize=8)
+def machine_of(text: str) -> Machine:
+    """The machine of a text, which the desk asks for again and again; raises MachineFileError."""
+    return Machine.from_text(text)
+
+
 def _read(text: str) -> tuple[Machine | None, tuple[str, ...]]:
     """The machine of a text, or None and its problems."""
     try:
-        return Machine.from_text(text), ()
+        return machine_of(text), ()
     except MachineFileError as error:
         return None, error.problems
 

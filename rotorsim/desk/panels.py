@@ -32,7 +32,7 @@ from rotorsim.analysis.sweep_definition import CARRIED, STABLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
-from rotorsim.machine.file_text import parse, value_at
+from rotorsim.machine.file_text import value_at, written
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.plant.mesh import Mesh
@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from rotorsim.analysis import RandomResult, SweepResult
     from rotorsim.plant.linearise import LinearPlant
 
+CLOSE = 0.15
+"""Distance of a speed of the response from others, over the width of the peak there, up to which it is left out."""
 STEPS = 20
 """Steps of the speeds of a Campbell diagram."""
 FINER = 40
@@ -85,8 +87,8 @@ MOST_VALUES = 24
 """Values of a machine, at most, that are changed."""
 DIGITS = 7
 """Digits of a value in a curve."""
-SHAPE_DECIMALS = 12
-"""Decimals of a mode shape: what is below is rounding, which another order of computing changes."""
+SHAPE_DECIMALS = 7
+"""Decimals of a mode shape, whose largest is 1: what is below another order of computing changes."""
 LAST = {MISSED: -inf, OPEN: inf, MET: inf}
 """Place of a requirement without a number among the reserves: one that is not met comes first."""
 DECREMENTS = (-1.0, 2.0)
@@ -186,12 +188,18 @@ class DesignCase:
 
     @cached_property
     def response_speeds(self) -> list[float]:
-        """Speeds [rpm] of the response: even steps, and more next to the critical speeds that it passes."""
-        at, zeta = (self.campbell[f"critical_{name}"].values for name in ("speed", "zeta"))
-        at, zeta = at[self.campbell["critical_order"].values == 1], zeta[self.campbell["critical_order"].values == 1]
-        near = [speed * TO_RPM * (1 + k * max(z, 1e-4)) for speed, z in zip(at, zeta, strict=True) for k in AROUND]
-        every = np.unique([*self.even_speeds, *np.round(near, 2)])
-        return [float(one) for one in every if 0 < one <= self.top]
+        """Speeds [rpm] of the response: even steps, and more next to the critical speeds that it passes.
+
+        Of those around a critical speed one that has another one next to it is left out.
+        """
+        at, zeta, order = (self.campbell[f"critical_{name}"].values for name in ("speed", "zeta", "order"))
+        found = self.even_speeds
+        for k in sorted(AROUND, key=abs):
+            for speed, z in zip(at[order == 1] * TO_RPM, np.maximum(zeta[order == 1], 1e-4), strict=True):
+                one = round(speed * (1 + k * z), 2)
+                if 0 < one <= self.top and (not k or np.abs(found - one).min() > CLOSE * max(abs(k), 1) * z * speed):
+                    found = np.append(found, one)
+        return np.unique(found).tolist()
 
     @property
     def even_speeds(self) -> np.ndarray:
@@ -221,7 +229,7 @@ class DesignCase:
     @cached_property
     def stated(self) -> dict[str, list[str]]:
         """Paths of the values that the machine states and that can be changed, by kind."""
-        tables = parse(self.machine.text)
+        tables = written(self.machine.text)
         known = [path for path, value, spec, _ in leaves(self.machine)
                  if spec is not None and isinstance(value, float) and value > 0
                  and value_at(tables, path) is not None]  # fmt: skip
@@ -255,7 +263,7 @@ class DesignCase:
     def swept(self) -> dict[str, str]:
         """Clearances of the films, all together where they are one, else those of the first film; empty without any."""
         paths = [path for path in self.stated["bearings"] if path.endswith("clearance")]
-        tables = parse(self.machine.text)
+        tables = written(self.machine.text)
         together = len({str(value_at(tables, path)) for path in paths}) == 1
         return {("bearings.*.clearance" if together else path): CLEARANCES for path in paths[:1]}
 

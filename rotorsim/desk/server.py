@@ -8,6 +8,7 @@ more; a report in a child of its own. So nothing that is computed holds up what 
 from __future__ import annotations
 
 import asyncio
+import gc
 import hashlib
 import subprocess
 import sys
@@ -31,7 +32,14 @@ from fe_shaft.rotor import is_saved_rotor
 from rotorsim.base.errors import DataError, MachineFileError, NotCarried, RotorsimError
 from rotorsim.base.files import make_folder
 from rotorsim.base.processes import Child, ProcessDiedError, one_thread
-from rotorsim.desk.design import Design, FileChangedError, RefusedError, open_design, unsaved_edits
+from rotorsim.desk.design import (
+    Design,
+    FileChangedError,
+    RefusedError,
+    machine_of,
+    open_design,
+    unsaved_edits,
+)
 from rotorsim.desk.page import show_desk
 from rotorsim.desk.panels import (
     FIRST,
@@ -251,7 +259,7 @@ def _plain_view(machine: Machine) -> dict[str, Any]:
 @lru_cache(maxsize=4)
 def case_of(text: str, point: DeskPoint) -> DesignCase:
     """The case of a text; panels of one text share its results."""
-    return DesignCase(Machine.from_text(text), point)
+    return DesignCase(machine_of(text), point)
 
 
 def answer_of(text: str, point: DeskPoint, name: str) -> dict[str, Any]:
@@ -311,7 +319,7 @@ class PanelStream:
         number = self.wanted.get(window, (0, "", point))[0] + 1
         asked = [(design.text, machine, names)]
         if of_kept and design.kept not in ("", design.text):
-            asked.append((design.kept, Machine.from_text(design.kept), list(of_kept)))
+            asked.append((design.kept, machine_of(design.kept), list(of_kept)))
         self.wanted[window] = number, design.text, point
         self._end_unwanted()
         try:
@@ -536,6 +544,8 @@ def serve_desk(
     >>> rs.desk.serve_desk("plain_rotor")  # doctest: +SKIP
     """
     desk, answers = make_desk(machine, Path(folder)), PanelStream()
+    gc.collect()
+    gc.freeze()  # what is imported stays: a look through all of it, now and then, would take longer than an answer
 
     def end() -> None:
         answers.close()

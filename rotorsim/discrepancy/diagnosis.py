@@ -89,7 +89,7 @@ from rotorsim.discrepancy.gap import (
     spectra_of,
     virtual_readings,
 )
-from rotorsim.discrepancy.hypotheses import CLEAR, EffectSearch, Hypothesis, beyond_form_error
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
@@ -219,6 +219,11 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
+TOO_UNSTEADY = (
+    "a law was looked for at all places; the best one, {}, is not fitted: a law has to take 95 % of the misfit, and "
+    "more than the rest does not repeat from period to period"
+)
+"""Note on records of which no law can be borne out."""
 WITHDRAWN = "{} is not given either: the law that is not borne out fits clearly better than that"
 """Note on a name or a tie that is not given."""
 NO_PEACE = (
@@ -613,7 +618,7 @@ class DiagnosisRun:
             constant = found is None and faint
             return self._without_name(base, flags, judgement, notes) if constant else None
         refuted = bool(found) and status != "unknown"
-        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.chance)
+        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.of_means)
         notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
         if open_still:
             return None
@@ -629,15 +634,17 @@ class DiagnosisRun:
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
         return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False)
 
-    def _rivals_converged(self, rivals: Sequence[Hypothesis]) -> list[Hypothesis]:
+    def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
 
-        Sensitivities foretell how near each comes.
+        Sensitivities foretell how near each comes. One of which they do not promise half of the way to the priced sum
+        of squares of the `law` stays as it is.
         """
         near = sorted(rivals, key=priced)[:1]
         foretold = sorted(rivals, key=lambda h: priced(h) - fall(h.fit))
         two = [*near, *(h for h in foretold if h is not near[0])][:2]
-        return [replace(h, fit=self._with_shear(h.fit)) for h in two]
+        return [replace(h, fit=self._with_shear(h.fit)) if 2 * fall(h.fit) > priced(h) - law - CLEAR else h
+                for h in two]  # fmt: skip
 
     def _without_name(
         self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
@@ -660,7 +667,8 @@ class DiagnosisRun:
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
         None for one that no group shows and that may be an error of the model's form, which never has a resonance of
-        its own.
+        its own. None without a memory is fitted where more than a law may leave does not
+        repeat from period to period.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. Each law's has to
@@ -673,7 +681,7 @@ class DiagnosisRun:
         if not laws or base.cost - laws[0].priced < CLEAR:
             return ""
         law = laws[0]
-        rival = min(self._rivals_converged(rivals), key=priced, default=None)
+        rival = min(self._rivals_converged(rivals, law.priced), key=priced, default=None)
         known = base.cost if rival is None else min(base.cost, priced(rival))
         if known - law.priced < CLEAR:
             return ""
@@ -681,6 +689,8 @@ class DiagnosisRun:
             return None
         if law.remembers:
             return self._of_memory(base, flags, laws, known, notes)
+        if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
+            return TOO_UNSTEADY.format(law.names)
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
@@ -999,7 +1009,7 @@ class DiagnosisRun:
                 *unsettled,
                 *virtual,
                 *missed_bands((one for part in shown.values() for one in part), model),
-                *map(null_sentence, null_vectors(proven, base.parameters)),
+                *(null_sentence(null, self.machine) for null in null_vectors(proven, base.parameters)),
             ),
             calibration=calibration_of(*written, base.parameters) | self._clocks(final.point),
             related=related_of(*written),

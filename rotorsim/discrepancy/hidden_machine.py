@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 GRID, STEP = (48, 16), 5e-5
-"""Grid and step [s] of hidden records; a diagnosis works on 32x8 and 0.2 ms and proves it on 32x16 and 0.1 ms."""
+"""Grid and step [s] of hidden records; a diagnosis works on 32x8 and 0.2 ms and proves it on 64x16 and 0.1 ms."""
 SHARE_OF_PRIOR = 0.3
 """Standard deviation of the hidden machine's calibration, in standard deviations of the priors."""
 SIZES = (2.0, 8.0)

@@ -22,7 +22,7 @@ from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen, unit_of
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, excess, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fit_parameters, prior_rows, strained
+from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fall, fit_parameters, prior_rows, strained
 
 CLEAR = 100.0
 """Least fall of the sum of squares by a name, besides k ln N: twice that of a detectable effect. Where nothing is
@@ -41,6 +41,8 @@ OTHERS = 0.02
 not linear, such as those of a crack, a model has the strongest harmonics right. Chosen as FORM was."""
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
+A_FIFTH = 0.2
+"""Share of the flagged excess that a partial explanation takes at least."""
 NEARLY = 0.8
 """Share of the excess gone from which on a hypothesis is fitted with all sensitivities updated before it is dropped."""
 REFITS = 3
@@ -137,6 +139,11 @@ class EffectSearch:
     """The same search from the machine file's own numbers, where what is missing has led the calibration astray."""
     unsteady: float = 0.0
     """Part of the excess that does not repeat from period to period: no effect takes it away."""
+
+    @property
+    def most_gone(self) -> float:
+        """Largest share of the excess that an effect may take away: all that repeats."""
+        return 1 - self.unsteady / self.base_excess if self.base_excess > 0 else 1.0
 
     def screened(self, base: ParameterFit | None = None) -> Screening:
         """All forms, projected off the calibration as it is at the re-fitted point (or at that of another `base`)."""
@@ -410,19 +417,31 @@ class EffectSearch:
         """A hypothesis fitted on with new sensitivities as long as that helps.
 
         Where a misfit is shown, it ends too after two rounds running from which the rounds that are left, each as good,
-        would not bring it to the calibration's cost.
+        would not bring it to the calibration's cost. Where none is, most of the sum of squares is noise, and a round
+        that takes little of it may come before one that takes all that is missing: it ends once the fall so far and
+        what sensitivities where it stands foretell are less than half of that by a name, or they foretell little more.
         """
         shown, was_slow = self.base_excess > 0, False
         for left in reversed(range(MOST_ROUNDS)):
             if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
+            if not shown:
+                fallen, ahead = self.base.cost - h.fit.cost, self._foretold(h.fit)
+                if fallen + ahead < CLEAR / 2 or ahead < 0.05 * fallen:
+                    break
+                continue
             share = h.fit.cost / max(last, 1e-300)
-            slow = shown and h.fit.cost * share**left > self.base.cost
+            slow = h.fit.cost * share**left > self.base.cost
             if share > 0.95 or (slow and was_slow):
                 break
             was_slow = slow
         return h
+
+    def _foretold(self, fit: ParameterFit) -> float:
+        """Fall of the sum of squares that sensitivities at the point of a fit foretell, as its next round has them."""
+        J = self.comparison.jacobian(fit.point, fit.parameters, progress=self.progress)
+        return fall(replace(fit, J=J))
 
     def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
         """The best pairs or triples, re-fitted."""
@@ -442,10 +461,15 @@ class EffectSearch:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 
-    def best_sets(self, size: int) -> list[Hypothesis]:
-        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed."""
+    def best_sets(self, size: int, smaller: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
+        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed.
+
+        Nor where no set next to the calibration and none of the `smaller` ones, from either point, takes `A_FIFTH` of
+        the misfit: of several effects that are missing one by itself takes its part of it.
+        """
         found = self.sets(size)
-        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
+        helps = any(h.gone >= A_FIFTH for h in (*smaller, *found))
+        if self.before is None or not helps or any(passes(h, self) and not strained(h.fit) for h in found):
             return found
         return _best_of([*found, *self._fitted_on(self.before.sets(size))])
 

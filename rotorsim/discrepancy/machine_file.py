@@ -26,8 +26,11 @@ from rotorsim.discrepancy.twin import FACTORS, of_axis, of_bearing, of_each_film
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.machine import Machine
 from rotorsim.machine.file_text import comment, inline
+from rotorsim.plant.locations import place_at
 from rotorsim.plant.mesh import Mesh
 
+UNBALANCE = "unbalance."
+"""Beginning of the calibration's keys of the parts of unbalances."""
 CLOCK = "clock of "
 """Beginning of the calibration's keys of clock offsets [s], before the name of a record."""
 HEAD = (
@@ -184,6 +187,39 @@ def far_off(
     return shown | {key: _without_row(machine, calibration, key) for key in without}
 
 
+def total_unbalance(
+    machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float]
+) -> Iterator[RecalibratedValue]:
+    """Vector sum of the unbalances of all planes, which records may show where they do not tell the planes apart."""
+    keys = [key for key in calibration if key.startswith(UNBALANCE) and "~" in key]
+    if len(keys) < 4 or "unbalance" not in machine.effects:
+        return
+    change, sd = np.array([calibration[key] for key in keys]).T
+    R = [[1.0 if a == b else related.get(f"{a}, {b}", related.get(f"{b}, {a}", 0.0)) for a in keys] for b in keys]
+    total = np.array([[float(key.endswith(part)) for key in keys] for part in (".c", ".s")])
+    before = sum(wave(effect, "me", "phase") for effect in machine.effects["unbalance"])
+    c, s = (total @ change).tolist()
+    size, _, error, _ = sd_of_polar(c, s, total @ (R * np.outer(sd, sd)) @ total.T, before)
+    yield RecalibratedValue("", size, error, abs(before), "kg*m", UNBALANCE, "the unbalance of all planes together")
+
+
+def in_words(machine: Machine, keys: Iterable[str]) -> list[str]:
+    """Calibrated numbers as a sentence names them; those of both directions at a place as one."""
+    found: dict[str, list[str]] = {}
+    for key in keys:
+        name, _, rest = key.partition(".")
+        number, _, last = rest.partition(".")
+        if name == "bearing":
+            words = f"the {'stiffness' if last[0] == 'k' else 'damping'} of {machine.bearings_in_words[int(number)]}"
+            found.setdefault(words, []).append(f" along {last[1]}")
+        elif "~" in last:
+            words = f"the {name.replace('_', ' ')} of {place_at(machine, _plane(machine, name, int(number))).name}"
+            found.setdefault(words, []).append(" along 0 deg" if last.endswith(".c") else " along 90 deg")
+        else:
+            found[FACTORS_OF[key][1] if key in FACTORS_OF else key.replace("_", " ").replace(".", " ")] = []
+    return [words + (ways[0] if len(ways) == 1 else "") for words, ways in found.items()]
+
+
 def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]], key: str) -> str:
     """Sentence on a calibrated number that has no place in the machine file."""
     if "~" in key:
@@ -223,9 +259,14 @@ def _of_wave(machine: Machine, key: str, calibration: Mapping[str, tuple[float, 
 
 def _same_place(machine: Machine, name: str, table: int) -> int | None:
     """Number of the machine file's own table of an effect at the place of a table of its twin; None for none."""
-    mesh, present = Mesh(machine), machine.effects.get(name, ())
-    place = mesh.place(REGISTRY[name].neutral(machine, table - len(present)))
+    mesh, place = Mesh(machine), _plane(machine, name, table)
+    present = machine.effects.get(name, ())
     return next((i for i, effect in enumerate(present) if abs(mesh.place(effect) - place) < SAME_PLACE), None)
+
+
+def _plane(machine: Machine, name: str, table: int) -> float:
+    """Plane [m] of a table of an effect of a machine's twin."""
+    return Mesh(machine).place(REGISTRY[name].neutral(machine, table - len(machine.effects.get(name, ()))))
 
 
 def _of_bearing(
@@ -263,7 +304,7 @@ class Findings:
     evidence: dict[str, float]
     data_hash: str
     related: dict[str, float] = field(default_factory=dict, kw_only=True)
-    """Correlation of a bearing's compliance and loss, by the key of the loss."""
+    """Correlation of a bearing's compliance and loss, by the key of the loss; of parts of unbalances, by both keys."""
     worse: tuple[str, ...] = field(default=(), kw_only=True)
     """Untouched records that the calibration makes worse; with one it is not written."""
 
@@ -274,8 +315,11 @@ class Findings:
 
     @property
     def moved(self) -> tuple[str, ...]:
-        """Sentences on numbers that the calibration has changed clearly."""
-        return tuple(row.sentence for row in self.recalibration if row.moved)
+        """Sentences on numbers that the calibration has changed clearly, and on the unbalance of all planes."""
+        rows = [row for row in self.recalibration if row.moved]
+        if not any(row.path.startswith(f"effects.{UNBALANCE}") for row in rows):
+            rows += [row for row in total_unbalance(self.machine, self.calibration, self.related) if row.moved]
+        return tuple(row.sentence for row in rows)
 
     @property
     def left_open(self) -> tuple[str, ...]:

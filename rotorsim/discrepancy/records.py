@@ -405,6 +405,8 @@ def check_pressure(machine: Machine, trial: Trial) -> None:
         raise DataError(f"{trial.name}: the pressure is {trial.pressure:g} Pa; is it in MPa or bar? state the unit")
 
 
+ONE_SPEED_ALONE = "one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors"
+"""Note on records of one speed."""
 ONE_EXCITATION = (
     "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
     "indistinguishable from linear ones; record the same points with half the excitation"
@@ -427,7 +429,7 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
             f"effect whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
         )
     if len(speeds) < 2 and not swept:
-        notes.append("one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors")
+        notes.append(ONE_SPEED_ALONE)
     if len(sizes) < 2:
         notes.append(ONE_EXCITATION)
     if film and len({round(t.pressure, -4) for t in trials}) < 2:

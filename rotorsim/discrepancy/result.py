@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
+from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,8 +23,8 @@ from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
-from rotorsim.discrepancy.machine_file import Findings, IdentifiedEffect, extended
-from rotorsim.discrepancy.records import ONE_EXCITATION
+from rotorsim.discrepancy.machine_file import UNBALANCE, Findings, IdentifiedEffect, extended, in_words
+from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
@@ -49,6 +50,10 @@ CORRECT = "Check the accuracy that is stated, correct it, and diagnose again: th
 RECORD_MORE = (
     "Use the re-calibrated machine file for what these records show; to know those bearings better, record speeds at "
     "which they move more, nearer to a critical speed."
+)
+RECORD_SPEEDS = (
+    "Use the re-calibrated machine file at this speed. Record three more speeds and diagnose again: at one speed a "
+    "force that grows with it is as stiffness and damping."
 )
 RECORD_HALF = (
     "Use the re-calibrated machine file for motions as large as these. Record the same points with half the excitation "
@@ -121,10 +126,14 @@ def calibration_of(
 
 
 def related_of(fit: ParameterFit, V: np.ndarray) -> dict[str, float]:
-    """Correlation of each bearing's compliance and loss, by the key of the loss; V (k, k) is the fit's covariance."""
+    """Correlations out of the fit's covariance V (k, k): of each bearing's compliance and loss, by the key of the loss;
+    of two parts of unbalances, by both keys.
+    """
     at = {k.name: i for i, k in enumerate(fit.parameters)}
     pairs = {key: (at[key.replace(".c", ".k")], i) for key, i in at.items()
              if key.startswith("bearing.") and ".c" in key and key.replace(".c", ".k") in at}  # fmt: skip
+    parts = [(key, i) for key, i in at.items() if key.startswith(UNBALANCE)]
+    pairs |= {f"{a}, {b}": (i, j) for (a, i), (b, j) in combinations(parts, 2)}
     return {key: float(V[i, j] / max(np.sqrt(V[i, i] * V[j, j]), 1e-300)) for key, (i, j) in pairs.items()}
 
 
@@ -142,10 +151,12 @@ def evidence_of(base: ParameterFit, best: Hypothesis | None, search: EffectSearc
     return evidence
 
 
-def null_sentence(null: dict[str, float]) -> str:
+def null_sentence(null: dict[str, float], machine: Machine) -> str:
     """Sentence about a combination of parameters that the records do not determine."""
-    parts = " ".join(f"{v:+.2f} {n}" for n, v in sorted(null.items(), key=lambda x: -abs(x[1])))
-    return f"the calibration has a null vector that the records do not determine: {parts}; its priors hold it"
+    keys = sorted(null, key=lambda key: -abs(null[key]))
+    rise, fall = (" and ".join(in_words(machine, [k for k in keys if sign * null[k] > 0])) for sign in (1, -1))
+    change = f"a rise of {rise} with a fall of {fall}" if rise and fall else f"a change of {rise or fall}"
+    return f"{change} leaves these records as they are: each is kept near to its value in the machine file"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -334,6 +345,8 @@ class Diagnosis(Shown, Findings, Reported):
         step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
         if self.status == "no_disagreement" and self._open:
             step = RECORD_MORE
+        elif self.status == "no_disagreement" and ONE_SPEED_ALONE in self.notes and not self.left:
+            step = RECORD_SPEEDS
         elif self.status == "no_disagreement" and ONE_EXCITATION in self.notes and not self.left:
             step = RECORD_HALF
         if self.planned is not None:

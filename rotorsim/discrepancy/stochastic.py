@@ -281,8 +281,8 @@ def by_chance(force: StochasticForce, seen: ObservedPlaces) -> np.ndarray:
 def repeating(comparison: TwinComparison, residual: np.ndarray, chance: np.ndarray | float = 0.0) -> list[Misfit]:
     """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats.
 
-    The floor has the standard deviations `chance` (n,) [m] of a random force too. Not those groups whose records differ
-    by more than the floor and, over all records, by as much as their mean is off.
+    The floor has the standard deviations `chance` (n,) [m] of a random force and of a drift too. Not those groups whose
+    records differ by more than the floor and, over all records, by as much as their mean is off.
     """
     residual = residual * comparison.sigma / np.hypot(comparison.sigma, chance)
     record, mean, spread = comparison.layout.record, residual.copy(), np.zeros(len(residual))
@@ -350,8 +350,9 @@ class NotRepeated:
         return np.zeros(len(self.seen.residual)) if self.force is None else by_chance(self.force, self.seen)
 
     @cached_property
-    def drift(self) -> tuple[str, StochasticForce] | None:
-        """Beginning of the keys of the part that drifts, and the drift, which is more than the force makes by chance.
+    def drift(self) -> tuple[str, StochasticForce, np.ndarray] | None:
+        """Beginning of the keys of the part that drifts, the drift, which is more than the force makes by chance, and
+        standard deviations (n,) [m] that it gives the means of records that repeat each other.
 
         Without chance there is more of it: where it is none then the force need not be known.
         """
@@ -363,6 +364,11 @@ class NotRepeated:
             return None
 
     @property
+    def of_means(self) -> np.ndarray:
+        """Standard deviations (n,) [m] that force and drift give the means of records that repeat each other."""
+        return self.chance if self.drift is None else np.hypot(self.chance, self.drift[2])
+
+    @property
     def found(self) -> tuple[StochasticForce, ...]:
         """The drift and the random force, as far as there are any."""
         return tuple(one for one in (self.drift and self.drift[1], self.force) if one is not None)
@@ -372,12 +378,16 @@ class NotRepeated:
         return np.inf if self.drift is None else fall_next_to_drift(self.seen, self.fit, self.drift[0], columns)
 
 
-def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> tuple[str, StochasticForce] | None:
+def drift(
+    comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray
+) -> tuple[str, StochasticForce, np.ndarray] | None:  # fmt: skip
     """The part of the machine, by its keys, whose numbers have changed between records that repeat each other.
 
-    None for none. What a fit leaves of their means differs by the scatter between blocks, and by the standard
-    deviations `chance` (n,) [m] of a random force. Only records that begin at one angle of the shaft are compared: at
-    another one what is missing in the model turns with it, as if it had changed.
+    None for none. With standard deviations (n,) [m] that such changes, each number's by itself, give the means of these
+    records: of two that happen to be alike they are off all the same. What a fit leaves of their means differs by the
+    scatter between blocks, and by the standard deviations `chance` (n,) [m] of a random force. Only records that begin
+    at one angle of the shaft are compared: at another one what is missing in the model turns with it, as if it had
+    changed.
     """
     trials, own, same = comparison.trials, BlockDeviations.of(comparison.trials), comparison.repeated
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if same[i] == same[j]]
@@ -424,7 +434,10 @@ def drift(comparison: TwinComparison, fit: ParameterFit, chance: np.ndarray) -> 
     sd = float(np.sqrt(step**2 @ own_variance) / len(step) / size)
     what = next((word for end, word in CHANGES.items() if end in key), key)
     place = part_name(comparison.twin, part)
-    return part, StochasticForce("drift", place, others, (size, size), (sd, sd), "", gain, what=what)
+    repeats = np.array([same.count(one) for one in same])[layout.record]
+    off = np.abs(fit.J[:, columns_of]) @ np.diag(np.sqrt(np.mean(changed**2, axis=0) / 2))
+    of_means = np.linalg.norm(off, axis=1) * comparison.sigma / np.sqrt(repeats)
+    return part, StochasticForce("drift", place, others, (size, size), (sd, sd), "", gain, what=what), of_means
 
 
 def fall_next_to_drift(seen: ObservedPlaces, fit: ParameterFit, part: str, columns: np.ndarray) -> float:

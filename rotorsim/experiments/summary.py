@@ -65,13 +65,12 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
         touched += int((block["contact"] > 0).sum()) if "contact" in block else 0
         for name in largest.keys() & block.keys():
             largest[name] = np.maximum(largest[name], np.abs(block[name]).max(axis=0))
-    speed = record["speed"]
     return {
         "duration_s": n / sampling_rate(record),
         "samples": int(n),
         "start_transient_s": begin,
         "start_settled": start_settled(record),
-        "speed_rpm": {"first": float(speed[0]) * TO_RPM, "last": float(speed[-1]) * TO_RPM},
+        "speed_rpm": in_rpm(record, first=float(record["speed"][0]), last=float(record["speed"][-1])),
         "disc": {"mean_um": (mean * TO_UM).tolist(), "rms_um": (np.sqrt(square / settled) * TO_UM).tolist(),
                  "peak_um": (peak * TO_UM).tolist()},
         "largest_orbit_um": orbit * TO_UM,
@@ -80,6 +79,12 @@ def scan(record: xr.Dataset) -> dict[str, Any]:
         "reference_peak_v": largest["reference"].tolist() if "reference" in record else None,
         "force_peak_n": largest["disc_force"].tolist() if "disc_force" in record else None,
     }  # fmt: skip
+
+
+def in_rpm(record: xr.Dataset, **speeds: float) -> dict[str, float]:
+    """Speeds [rad/s] of a record in rpm by name; one within the last sample's change is 0: the shaft has stopped."""
+    step = abs(float(record["speed"][-2:].diff("time").sum()))
+    return {name: 0.0 if abs(speed) < step else speed * TO_RPM for name, speed in speeds.items()}
 
 
 def sampling_rate(record: xr.Dataset) -> float:
@@ -113,7 +118,7 @@ def summarise(record: xr.Dataset, tracked: xr.Dataset, spectra: xr.Dataset | Non
         "samples": int(record.sizes["time"]),
         "start_transient_s": begin,
         "start_settled": start_settled(record),
-        "speed_rpm": {k: seen["speed"][k] * TO_RPM for k in ("first", "last", "min", "max")},
+        "speed_rpm": in_rpm(record, **{k: seen["speed"][k] for k in ("first", "last", "min", "max")}),
         "peaks": [p for n in tracked["order"].values for axis in "xy" for p in find_resonances(tracked, int(n), axis)],
         "largest_orbit": _extreme(seen["radius"], "max", 0.0),
         "smallest_film": _extreme(seen["h_min"], "min", begin) if "h_min" in seen else None,

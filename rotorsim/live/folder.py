@@ -294,7 +294,8 @@ def _peak(plant: Plant, pressure: float, low: float, high: float) -> float:
 
     def look(model: LinearPlant, damping: float) -> None:
         grows = damping < -DAMPED
-        sizes[model.speed] = 0.0 if grows else float(half_axes(*whirl(plant, model, model.speed, unbalances, z)[0])[0])
+        motion = whirl(plant, [model], np.array([model.speed]), unbalances, z)[0, 0]
+        sizes[model.speed] = 0.0 if grows else float(half_axes(*motion)[0])
 
     def look_at(speed: float) -> None:
         sizes[speed] = 0.0

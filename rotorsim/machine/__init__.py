@@ -152,5 +152,5 @@ def load_machine(name_or_path: str | Path) -> Machine:
         ours = instead(name_or_path, "a machine file (TOML)", "a machine file")
         problems = (f"{ours}; 'rotorsim machine new PATH' writes one",) if ours else error.problems
         raise MachineFileError("\n".join(f"{name_or_path}: {problem}" for problem in problems)) from error
-    ask_machine(machine)
+    ask_machine(machine, str(name_or_path))
     return machine

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ValidationError
 from rotorsim.base.quantity import quantities, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.numerics import check_step
 from rotorsim.machine.part import Part, choices, sentences
 from rotorsim.machine.plausibility import films_of, numbers, questions
@@ -229,17 +230,29 @@ def _reach(machine: MachineTables) -> Problems:
 
 def _offsets(machine: MachineTables) -> Problems:
     """Injectors and rows of orifices stand inside their films."""
-    pinned = machine.pinned_film
-    for number, (path, film) in enumerate(films_of(machine)):
-        fed = [(f"{path}.orifices.{i}", row.offset, row.mouth) for i, row in enumerate(film.orifices)]
-        if number == pinned and machine.injection is not None:
-            width = machine.injection.orifice_diameter
-            fed += [(f"injectors.{i}", getattr(x, "offset", 0.0), width) for i, x in enumerate(machine.injectors)]
-        for place, offset, width in fed:
-            room = max((film.length - width) / 2, 0.0)
-            if abs(offset) > room:
-                shown, limit = show(offset, "m"), show(room, "m")
-                yield f"{place}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
+    for place, film, offset, width in chain(_orifices(machine), _injectors(machine)):
+        room = max((film.length - width) / 2, 0.0)
+        if abs(offset) > room:
+            shown, limit = show(offset, "m"), show(room, "m")
+            yield f"{place}.offset", f"'{shown}' puts the orifice outside the film; write at most '{limit}'"
+
+
+def _orifices(machine: MachineTables) -> Iterator[tuple[str, GasFilm, float, float]]:
+    """Paths of rows of orifices, their films, offsets [m] and widths [m]."""
+    for path, film in films_of(machine):
+        yield from ((f"{path}.orifices.{i}", film, row.offset, row.mouth) for i, row in enumerate(film.orifices))
+
+
+def _injectors(machine: MachineTables) -> Iterator[tuple[str, GasFilm, float, float]]:
+    """Paths of injectors, their film, offsets [m] and widths [m]; none while it is open which film they feed."""
+    if machine.injection is None:
+        return
+    number = machine.injection.bearing
+    if number is None:  # the first film: a bearing before it that has no kind ends this check
+        number = next((i for i, bearing in enumerate(machine.bearings) if bearing.kind == "gas_film"), -1)
+    film, width = dict(films_of(machine)).get(f"bearings.{int(number)}"), machine.injection.orifice_diameter
+    if film is not None:
+        yield from ((f"injectors.{i}", film, getattr(x, "offset", 0.0), width) for i, x in enumerate(machine.injectors))
 
 
 def _each_effect(machine: MachineTables) -> Iterator[tuple[str, Effect]]:

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import lru_cache
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,12 @@ def parse(text: str) -> dict[str, Any]:
         return parse_toml(text.removeprefix("\ufeff"))
     except ValueError as error:
         raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
+
+
+@lru_cache(maxsize=8)
+def written(text: str) -> dict[str, Any]:
+    """Tables of a TOML text, kept; not to be changed."""
+    return parse(text)
 
 
 def value_at(tables: Any, path: str) -> Any:
@@ -236,11 +243,37 @@ def with_value(text: str, path: str, value: Any) -> str:
 
 def with_values(text: str, values: Mapping[str, Any]) -> str:
     """TOML `text` with several values at their dotted paths; the text is parsed once."""
+    if len(values) == 1 and (quick := _replaced(text, *next(iter(values.items())))):
+        return quick
     document = tomlkit.parse(text)
     for path, value in values.items():
         for one in _every(document, path):
             _set(document, one, value)
     return tomlkit.dumps(document)
+
+
+def _replaced(text: str, path: str, value: Any) -> str:
+    """TOML `text` with a text or number that stands on a line of its own replaced; empty where it does not.
+
+    It is ten times as quick as to parse the text with its comments, and the tables that it reads as are compared.
+    """
+    above, _, last = path.rpartition(".")
+    value, old = _plain(value), None if ANY in path else value_at(written(text), path)
+    if not above or type(value) is not type(old) or not isinstance(value, (str, float)) or not str(value).isprintable():
+        return ""
+    lines = text.splitlines(keepends=True)
+    begin, end = _block(lines, above) or (0, 0)
+    end = next((k for k in range(begin + 1, end) if _key(lines[k])), end)
+    key = re.compile(rf"([ \t]*{re.escape(last)}[ \t]*=[ \t]*){re.escape(tomlkit.item(old).as_string())}(?=\s|#|$)")
+    found = [(k, place) for k in range(begin, end) if (place := key.match(lines[k]))]
+    if len(found) != 1:
+        return ""
+    k, place = found[0]
+    lines[k] = place[1] + tomlkit.item(value).as_string() + lines[k][place.end() :]
+    shorter, expected = "".join(lines), parse(text)
+    held = _descend(expected, above.split("."), path)
+    held[last] = value
+    return shorter if _reads(shorter, expected) else ""
 
 
 def expanded(text: str, path: str) -> tuple[str, ...]:

@@ -108,9 +108,9 @@ def ask(path: str, value: float, unit: str, text: str = "", before: str = "") ->
         warnings.warn(before + sentence, Unusual, stacklevel=3)
 
 
-def ask_machine(machine: Part) -> None:
-    """Warn of the unusual values of a machine that its file does not name as meant, all in one warning."""
-    found = questions(machine)
+def ask_machine(machine: Part, file: str = "") -> None:
+    """Warn of the unusual values of a machine that its `file` does not name as meant, all in one warning."""
+    found = [f"{file}: {one}" if file else one for one in questions(machine)]
     if found:
         warnings.warn("\n".join(found), Unusual, stacklevel=3)
 

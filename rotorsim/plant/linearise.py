@@ -243,6 +243,11 @@ class LinearPlant(Shown):
         return -self.eigenvalues.real / np.abs(self.eigenvalues)
 
     @property
+    def vectors(self) -> np.ndarray:
+        """States (n, n_modes) of each mode."""
+        return self._modes[1]
+
+    @property
     def shapes(self) -> np.ndarray:
         """Modal displacements of the rotor (m, n_modes) in each mode."""
         m = len(self.rotor.stiffness)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -21,6 +21,7 @@ from fe_shaft import (
 )
 from fe_shaft.assembly import AssembledRotor, add_springs, loose_motions
 from fe_shaft.elements import deflection
+from fe_shaft.response import StaticResult, run_static
 from fe_shaft.shaft import mirrored
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
@@ -33,6 +34,11 @@ RIGID_MOTIONS = 4
 """Motions of a free shaft that bend nothing: two in each plane."""
 SHEAR_STEP = 1e-4
 """Relative change of the shaft's compliance in shear for a derivative."""
+
+
+@lru_cache(maxsize=64)
+def _material(density: float, youngs_modulus: float, poisson_ratio: float) -> Material:
+    return Material("shaft", density, youngs_modulus, Poisson=poisson_ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +163,7 @@ class Mesh:
             if link is not None and bearing.support is not None:
                 bearings.append(_ground(link, bearing.support))
                 masses.append(PointMass(link, m=bearing.support.mass))
-        return AssembledRotor(self._elements(), self._discs(), bearings, masses)
+        return AssembledRotor(self._elements, self._discs(), bearings, masses)
 
     @cached_property
     def _pedestals(self) -> dict[int, int]:
@@ -175,6 +181,7 @@ class Mesh:
             for d in self.machine.discs
         ]
 
+    @cached_property
     def _elements(self) -> list[ShaftElement]:
         shaft = self.machine.shaft
         starts = shaft.start + np.cumsum([0.0, *(s.length for s in shaft.sections)])
@@ -196,7 +203,7 @@ class Mesh:
         """Element n, of length L [m], of a piece between a and b [m] from its left end."""
         (idl, odl), (idr, odr) = piece.diameters(a), piece.diameters(b)
         own = piece.material or self.machine.shaft.material
-        material = Material("shaft", own.density, own.youngs_modulus, Poisson=own.poisson_ratio)
+        material = _material(own.density, own.youngs_modulus, own.poisson_ratio)
         return ShaftElement(L, idl, odl, idr, odr, material=material, n=n, **more)
 
     def _bearing(
@@ -227,6 +234,20 @@ class Mesh:
             {i: np.array([b.at(speed) for speed in speeds]) for i, b in found.items()},
             max(b.reach[1] for b in found.values()),
         )
+
+    @cached_property
+    def resting(self) -> StaticResult:
+        """Rest of shaft and discs under gravity on the bearings' nominal stiffness; housings stand still.
+
+        Raises ShaftError where the bearings leave the shaft free to fall or tilt.
+        """
+        held = []
+        for bearing in self.machine.bearings:
+            K = bearing.coefficients
+            own = bearing.spring or (0.5 * float(np.trace(K[0])) if K is not None else 0.0)
+            held.append(BearingElement(self.node(bearing.position), own, 0.0))
+        points = [p for p in self.constant.point_mass_elements if p.n < len(self.nodes)]
+        return run_static(replace(self.constant, bearing_elements=held, point_mass_elements=points))
 
     def _loose(self) -> str:
         """Rigid-body motions that the bearings do not resist, as a text."""
@@ -361,7 +382,7 @@ class Mesh:
     @cached_property
     def free_stiffness(self) -> np.ndarray:
         """Stiffness (ndof, ndof) of the shaft alone [N/m, N, N m]: without bearings."""
-        return AssembledRotor(self._elements(), self._discs(), []).K()
+        return AssembledRotor(self._elements, self._discs(), []).K()
 
     @property
     def shaft_stiffness(self) -> np.ndarray:
@@ -381,7 +402,7 @@ class Mesh:
             own = Material(m.name, m.rho, m.E, Poisson=m.Poisson + SHEAR_STEP * (7 / 6 + m.Poisson))
             return replace(element, material=own)
 
-        changed = AssembledRotor([softer(element) for element in self._elements()], self._discs(), []).K()
+        changed = AssembledRotor([softer(element) for element in self._elements], self._discs(), []).K()
         Phi = self.shaft_modes
         return np.asarray(Phi.T @ (changed - self.free_stiffness) @ Phi) / SHEAR_STEP
 

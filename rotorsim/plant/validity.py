@@ -326,14 +326,14 @@ def known_speed(machine: Machine) -> tuple[float, str] | None:
 
 
 def beyond(assembly: Assembly, slowest: float, fastest: float, pressure: float) -> tuple[str, ...]:
-    """Sentences of what a run between two speeds [rad/s] at a gauge pressure [Pa] exceeds, and from or up to which."""
+    """Sentences of what a run between two speeds [rad/s] at a gauge pressure [Pa] exceeds, and above or below which."""
     low = {one.name: one for one in _at(assembly, slowest, pressure)}
     high = {one.name: one for one in _at(assembly, fastest, pressure)}
     above = {name: _passage(assembly, name, fastest, slowest, pressure) for name in high if name not in low}
     below = {name: _passage(assembly, name, slowest, fastest, pressure) for name in low if name not in high}
     return (
-        *(f"from {above[name]} on: {one.sentence}" if name in above else one.sentence for name, one in high.items()),
-        *(f"up to {speed}: {low[name].sentence}" for name, speed in below.items()),
+        *(f"above {above[name]}: {one.sentence}" if name in above else one.sentence for name, one in high.items()),
+        *(f"below {speed}: {low[name].sentence}" for name, speed in below.items()),
     )
 
 

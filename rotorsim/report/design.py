@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -35,6 +36,8 @@ from rotorsim.report.units import quantity, unit_name
 SIGNS = {MET: "\N{CHECK MARK} met", MISSED: "\N{BALLOT X} not met", OPEN: "? not looked at"}
 NO_BREAK = "\N{NO-BREAK SPACE}"
 """Space at which a cell of a table is not broken."""
+BEFORE_UNIT = re.compile(r"(?<=\d) (?=[^\s\d])|(?<=g) (?=mm)")
+"""Space between a number and its unit, and within a unit."""
 LIFTED = " (pulls up: weight beyond the next bearing lifts the shaft here)"
 """Words behind a static load below 0."""
 COLUMNS = 2
@@ -96,7 +99,7 @@ def design_page(review: DesignReview, author: str = "not stated") -> Page:
         replace(made["clearances"], figure=envelope_figure(review)),
         Block("Damping over the speed", _damping_text(review), figure=damping_figure(review)),
         _map_block(review),
-        made["films"],
+        _without_empty_columns(made["films"]),
         replace(made["thrust"], figure=axial_figure(review) if review.axial is not None else None),
         made["grades"],
         made["zones"],
@@ -146,8 +149,8 @@ def _key(review: DesignReview) -> list[tuple[str, str]]:
 
 def _verdicts(review: DesignReview) -> Block:
     """The requirements as a reader wants them: those that are not met first."""
-    rows = [(SIGNS[c.verdict].replace(" ", NO_BREAK), c.name, asked(c).replace(" ", NO_BREAK), answered(c),
-             standards.RULES[c.rule].clause, c.remark)
+    rows = [(SIGNS[c.verdict].replace(" ", NO_BREAK), c.name, asked(c).replace(" ", NO_BREAK),
+             BEFORE_UNIT.sub(NO_BREAK, answered(c)), standards.RULES[c.rule].clause, c.remark)
             for verdict in (MISSED, OPEN, MET) for c in review.checks if c.verdict == verdict]  # fmt: skip
     text = "What was not looked at may be unsafe. How far each clause could be read stands below, under Rules."
     return Block("Requirements", text, ("verdict", "requirement", "asked", "found", "rule", "remark"), rows)
@@ -289,6 +292,12 @@ def _films(review: DesignReview) -> Block:
              "Cxx [kN s/m]", "Cyy [kN s/m]", "friction [W]", "flow [mg/s]", "gas warmer by [K]")  # fmt: skip
     has_film = bool(review.plant.machine.films)
     return Block("Films", text if has_film else "", heads, rows)
+
+
+def _without_empty_columns(block: Block) -> Block:
+    """A table without the columns in which no row has anything: twelve do not fit on a narrow page."""
+    kept = [k for k in range(len(block.heads)) if any(row[k] is not None for row in block.rows)]
+    return replace(block, heads=[block.heads[k] for k in kept], rows=[[row[k] for k in kept] for row in block.rows])
 
 
 def _load_text(review: DesignReview) -> str:

@@ -162,6 +162,14 @@ def test_what_was_not_looked_at_is_never_met(review):
     assert [c.verdict for c in with_law.checks if c.rule == "sensitivity"] == [MISSED]
 
 
+def test_a_review_reports_each_step_before_it_starts():
+    texts = []
+    found = design_review(rs.Plant("plain_rotor"), (250.0, 300.0), progress=texts.append)
+    steps = [int(text.split()[1]) for text in texts]
+    assert steps == sorted(steps) and set(steps) == {1, 2, 3}
+    assert steps.count(1) >= len(found.modes.followed.nodes) and steps.count(2) == found.responses.sizes["speed"]
+
+
 @pytest.mark.parametrize("speeds", [(0.0, 100.0), (200.0, 100.0)])
 def test_operating_speeds_that_do_not_ascend_are_refused(speeds):
     with pytest.raises(rs.errors.DataError):

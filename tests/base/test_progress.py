@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 
-from rotorsim.base.display import bar, counter, end_line, line, track
+from rotorsim.base.display import VisibleStream, bar, counter, end_line, line, progress_line, track
 
 
 def show():
@@ -18,14 +18,16 @@ def show():
     count(), count("anything")
     line("stage")
     end_line()
+    with progress_line("study") as report:
+        report("step 1")
 
 
-def on_a_terminal(monkeypatch, show):
-    """Text that is written to a terminal."""
+def on_a_terminal(monkeypatch, show, stands_for=lambda stream: stream):
+    """Text that is written to a terminal, through the stream that stands for it."""
     stream = io.StringIO()
     stream.isatty = lambda: True
     with monkeypatch.context() as patch:
-        patch.setattr(sys, "stderr", stream)
+        patch.setattr(sys, "stderr", stands_for(stream))
         show()
     return stream.getvalue()
 
@@ -39,8 +41,21 @@ def test_nothing_is_written_to_a_pipe(capsys):
 
 def test_a_terminal_shows_bars_and_counters(monkeypatch):
     text = on_a_terminal(monkeypatch, show)
-    for wanted in ("3 of 3 cases", "0.0 s simulated", "100 %", "1 of 2 records", "2 of 2 records\x1b[K\n", "stage"):
+    for wanted in (
+        "3 of 3 cases",
+        "0.0 s simulated",
+        "100 %",
+        "1 of 2 records",
+        "2 of 2 records\x1b[K\n",
+        "stage",
+        "study: step 1",
+    ):
         assert wanted in text
+
+
+def test_the_escapes_of_a_bar_reach_the_terminal_of_a_command_as_they_are(monkeypatch):
+    text = on_a_terminal(monkeypatch, show, VisibleStream)
+    assert "\x1b[" in text and "\\x1b" not in text and "\\r" not in text
 
 
 def test_a_bar_that_is_not_asked_for_is_not_shown(monkeypatch):

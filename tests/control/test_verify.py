@@ -274,7 +274,7 @@ def made(speed, left=True, checked=628.3185, beyond=()):
 
 def test_safe_speeds_are_compared_with_the_last_checked_speed():
     rpm = np.pi / 30
-    numbers = comparison(made(6420 * rpm), made(28980 * rpm, beyond=("from 6000 rpm on: more",)))
+    numbers = comparison(made(6420 * rpm), made(28980 * rpm, beyond=("above 6000 rpm: more",)))
     assert numbers["ratio"] == pytest.approx(28980 / 6420) and numbers["times_checked"] == pytest.approx(4.83)
     assert (numbers["last_checked_rpm"], numbers["at_least"]) == (pytest.approx(6000), False)
     assert numbers["sentence"] == (
@@ -293,7 +293,7 @@ def test_safe_speeds_are_compared_with_the_last_checked_speed():
 def test_what_a_safe_speed_exceeds_is_stated_from_the_last_checked_speed_on(plant):
     found = safe_speed(plant, None, start=620.0, stop=640.0, rate=400.0, radius=1e-3)
     assert found.checked == pytest.approx(200 * np.pi)
-    assert [text.partition(":")[0] for text in found.beyond] == ["from 6000 rpm on"]
+    assert [text.partition(":")[0] for text in found.beyond] == ["above 6000 rpm"]
     assert safe_speed(plant, None, start=600.0, stop=610.0, rate=400.0, radius=1e-3).beyond == ()
 
 

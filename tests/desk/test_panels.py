@@ -23,6 +23,7 @@ from rotorsim.desk.panels import (
     PANELS,
     DesignCase,
     DeskPoint,
+    RememberingPlant,
     answer,
     as_commands,
     as_python,
@@ -308,3 +309,11 @@ def test_slopes_refuse_what_is_no_number_above_zero(path):
     with pytest.raises(MachineFileError) as error:
         rs.analysis.reserve_slopes(rs.Plant("plain_rotor"), [path])
     assert (error.value.argument, error.value.value) == ("paths", path)
+
+
+def test_a_mode_shape_does_not_show_from_what_its_mode_was_found():
+    machine = rs.load_machine("rigid_rotor_self_acting").replace("grid.n_theta", 24).replace("grid.n_z", 8)
+    before, speed = RememberingPlant(machine), 900.0
+    rs.analysis.campbell(before, [0.5 * speed, speed])
+    shapes = [rs.analysis.mode_shapes(plant, speed, 0.0)["shape_re"].values for plant in (before, rs.Plant(machine))]
+    assert np.abs(shapes[0] - shapes[1]).max() < 1e-13

@@ -14,7 +14,7 @@ from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import NO_PEACE, DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import NO_PEACE, TOO_UNSTEADY, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     NOT_PERIODIC,
@@ -534,6 +534,26 @@ def test_records_that_begin_at_another_angle_or_speed_show_no_drift_where_nothin
         assert found[1].size[0] == pytest.approx(0.05, rel=0.1) and found[1].place == "the bearing left"
 
 
+def test_a_drift_gives_the_means_of_records_the_scatter_of_its_changes(monkeypatch):
+    """Two records of each of a thousand pairs, with a number of their own each: some happen to be alike."""
+    room, rng, pairs = "rotorsim.discrepancy.stochastic", np.random.default_rng(6), 1000
+    record = np.repeat(np.arange(2 * pairs), 20)
+    trials, column = [SimpleNamespace(blocks=4, frequencies=np.arange(2.0))] * 2 * pairs, rng.normal(size=len(record))
+    left = rng.normal(size=len(record)) + 30.0 * rng.normal(size=2 * pairs)[record] * np.tile(column[:20], 2 * pairs)
+    comparison = SimpleNamespace(trials=trials, layout=SimpleNamespace(record=record, frequency=np.ones(len(record))),
+                                 sigma=np.full(len(record), 1e-8), twin=None,
+                                 repeated=[i - i % 2 for i in range(2 * pairs)])  # fmt: skip
+    monkeypatch.setattr(f"{room}.part_name", lambda twin, part: part)
+    monkeypatch.setattr(
+        f"{room}.BlockDeviations.of", lambda trials: SimpleNamespace(trials=trials, noise=lambda: 4e-16)
+    )
+    parameters = (SimpleNamespace(key="bearing.0.kx", trend=""),)
+    fit = SimpleNamespace(J=np.tile(column[:20], 2 * pairs)[:, None], parameters=parameters, residual=left)
+    found = drift(comparison, fit, np.zeros(len(record)))
+    means = left.reshape(pairs, 2, 20).mean(axis=1) * 1e-8
+    assert np.hypot(found[2][:20], 1e-8 / np.sqrt(2)) == pytest.approx(means.std(axis=0), rel=0.1)
+
+
 def test_a_drift_does_not_hide_a_gap_that_repeats(linear):
     """The size of a drift is that of no force: what the records show otherwise stays beyond the floor."""
     comparison, fit = two_records(
@@ -541,12 +561,12 @@ def test_a_drift_does_not_hide_a_gap_that_repeats(linear):
     )
     other = NotRepeated(fit, ObservedPlaces.of(comparison, fit, fit.residual, fit.J))
     assert [one.kind for one in other.found] == ["drift"] and not other.chance.any()
-    assert repeating(comparison, fit.residual, other.chance)
+    assert repeating(comparison, fit.residual, other.of_means)
 
 
 @pytest.mark.parametrize("drifts", [True, False])
 def test_a_random_force_is_asked_for_where_there_may_be_a_drift_and_may_have_no_answer(drifts, monkeypatch):
-    room, asked, found = "rotorsim.discrepancy.stochastic", list[int](), ("bearing.0", FORCE)
+    room, asked, found = "rotorsim.discrepancy.stochastic", list[int](), ("bearing.0", FORCE, np.ones(3))
 
     def without_answer(seen):
         asked.append(1)
@@ -558,6 +578,7 @@ def test_a_random_force_is_asked_for_where_there_may_be_a_drift_and_may_have_no_
     other = NotRepeated(SimpleNamespace(residual=np.zeros(3)), SimpleNamespace(comparison=None, residual=np.zeros(3)))
     assert other.beyond_drift(np.zeros((3, 1))) == (7.0 if drifts else np.inf) and bool(asked) == drifts
     assert other.found == ((FORCE,) if drifts else ()) and not other.chance.any()
+    assert other.of_means.any() == drifts
 
 
 @pytest.mark.parametrize(("own", "apart"), [(False, False), (True, True)])
@@ -591,7 +612,7 @@ FORCE, DRIFT, BOW = SimpleNamespace(sentence="a random force"), SimpleNamespace(
 def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2):
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
-    other = SimpleNamespace(found=forces, chance=0.0)
+    other = SimpleNamespace(found=forces, of_means=0.0)
     for name, value in (("cannot_tell", ""), ("NotRepeated", other), ("repeating", repeats)):
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
@@ -674,9 +695,18 @@ def test_the_nearest_rival_of_a_law_and_the_one_that_may_come_nearest_are_fitted
     run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
     monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
     rivals = [rival(*one) for one in zip("abc", (400.0, 430.0, 440.0), slopes, strict=True)]
-    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals)}
+    found = {h.forms[0].key: h.fit.cost for h in run._rivals_converged(rivals, 400.0)}
     assert found == {h.forms[0].key: h.fit.cost - 1.0 for h in rivals if h.forms[0].key in two}
-    assert run._rivals_converged([]) == []
+    assert run._rivals_converged([], 400.0) == []
+
+
+@pytest.mark.parametrize(("law", "converged"), [(140.0, True), (130.0, False)])
+def test_a_rival_that_sensitivities_leave_far_behind_a_law_is_not_fitted_on(law, converged, monkeypatch):
+    """A fall of 81 is foretold, and twice that and what a name takes are 262 below 400."""
+    run = DiagnosisRun(None, None, {}, (), [], 0.0, print)
+    monkeypatch.setattr(run, "_with_shear", lambda fit: replace(fit, cost=fit.cost - 1.0))
+    (found,) = run._rivals_converged([rival("a", 400.0, 3.0)], law)
+    assert found.fit.cost == (399.0 if converged else 400.0)
 
 
 @pytest.mark.parametrize(("diameter", "fitted"), [("20 mm", True), ("300 mm", False)])
@@ -699,10 +729,10 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     assert Mesh(machine).shear_share == pytest.approx(expected, rel=0.02)
 
 
-def judged_laws(laws, best, more, flags, monkeypatch, drifts=()):
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=()):
     """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
 
-    A drift explains what terms with the names of `drifts` do.
+    A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat.
     """
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
@@ -722,8 +752,8 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=()):
     run = DiagnosisRun(machine, models, {"fit": part}, (), [], 0.0, lambda stage, most=0: None)
     seen = SimpleNamespace(columns=lambda place, term, shape: np.full((3, 2), 0.0 if term.name in drifts else 1e3))
     other = SimpleNamespace(seen=seen, beyond_drift=np.max)
-    found = run._discovered(base, flags, [], {"fit": None}, [], [], other)
-    return found and found.discovered
+    found = run._discovered(base, flags, apart, {"fit": None}, [], [], other)
+    return getattr(found, "discovered", found)
 
 
 @pytest.mark.parametrize("drifts", ["dry", "cubic"])
@@ -740,6 +770,14 @@ def test_a_law_that_a_drift_explains_is_no_candidate_and_the_next_one_is(drifts,
     found = judged_laws(laws, left, 0.01, [1], monkeypatch, (drifts,))
     assert found[0] == laws[left].names and tried == [found[0]]
     assert judged_laws(laws, left, 0.01, [1], monkeypatch, ("dry", "cubic")) == ""
+
+
+@pytest.mark.parametrize(("unsteady", "fitted"), [(4.0, True), (6.0, False)])
+def test_a_law_is_not_fitted_where_more_than_it_may_leave_does_not_repeat(unsteady, fitted, monkeypatch):
+    apart = [SimpleNamespace(excess=unsteady)]
+    flags, law = [SimpleNamespace(excess=100.0 - unsteady), *apart], law_of("cubic")
+    found = judged_laws([law], 0, 0.01, flags, monkeypatch, apart=apart)
+    assert found == ((law.names, []) if fitted else TOO_UNSTEADY.format(law.names))
 
 
 @pytest.mark.parametrize(("softer", "own"), [(1.2, True), (0.1, False)])

@@ -12,7 +12,7 @@ from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit, strained
 from rotorsim.discrepancy.hidden_machine import HiddenTruth, truth_twin
 from rotorsim.discrepancy.hypotheses import EffectSearch
-from rotorsim.discrepancy.verdict import without_idle
+from rotorsim.discrepancy.verdict import judge, without_idle
 from rotorsim.machine import load_machine
 
 GAIN, SIZE = FitParameter("gain", 0.1, 1.0, -6.0, 6.0), FitParameter("size", 0.1)
@@ -107,20 +107,25 @@ def test_what_is_idle_in_a_set_from_the_files_own_numbers_is_left_out(monkeypatc
     assert found.forms == (FORM,) and found.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)
 
 
-@pytest.mark.parametrize(("gain", "good", "count"), [(5.0, True, 2), (2.0, True, 1), (2.0, False, 2), (5.0, False, 2)])
-def test_sets_are_found_from_the_files_own_numbers_unless_one_that_explains_all_is_believed(
-    gain, good, count, monkeypatch
+@pytest.mark.parametrize(
+    ("gain", "good", "gone", "count"),
+    [(5.0, True, 1.0, 2), (2.0, True, 1.0, 1), (2.0, False, 1.0, 2), (5.0, False, 0.2, 2), (5.0, False, 0.1, 1)],
+)
+@pytest.mark.parametrize("alone", [True, False])
+def test_sets_are_found_from_the_files_own_numbers_unless_one_that_explains_all_is_believed_or_nothing_helps(
+    gain, good, gone, count, alone, monkeypatch
 ):
-    """A set next to a gain of 5 is not believed."""
+    """A set next to a gain of 5 is not believed; what helps may be a set, or an effect alone."""
     astray = search(gain, monkeypatch)
     astray.before = search(0.0, monkeypatch)
-    own = hypotheses.Hypothesis((FORM,), astray.base, 0.0, 0.0, 1.0)
+    own = hypotheses.Hypothesis((FORM,), astray.base, 0.0, 0.0, 0.0 if alone else gone)
     better = ParameterFit((GAIN,), ParameterPoint(), 0 * ONES, np.ones((4, 1)), 0.0)
     there = hypotheses.Hypothesis((FORM, OTHER), better, 0.0, 0.0, 1.0)
     monkeypatch.setattr("rotorsim.discrepancy.hypotheses.passes", lambda h, search: good)
     monkeypatch.setattr(EffectSearch, "sets", lambda self, size: [own] if self is astray else [there])
     monkeypatch.setattr(EffectSearch, "polished", lambda self, h: h)
-    assert len(astray.best_sets(2)) == count
+    smaller = [hypotheses.Hypothesis((FORM,), astray.base, 0.0, 0.0, gone)] if alone else []
+    assert len(astray.best_sets(2, smaller)) == count
 
 
 @pytest.mark.parametrize(("excess", "goes_on"), [(0.0, True), (1.0, False)])
@@ -136,21 +141,50 @@ def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged
     assert bool(rounds) == goes_on
 
 
+@pytest.mark.parametrize(("unsteady", "sizes"), [(0.79, [1, 2]), (0.81, [])])
+def test_nothing_is_searched_from_the_files_numbers_where_hardly_anything_repeats(unsteady, sizes, monkeypatch):
+    """Single effects next to the calibration are fitted all the same."""
+    astray, searched = search(0.5, monkeypatch), []
+    astray.unsteady = unsteady * astray.base_excess
+    monkeypatch.setattr(EffectSearch, "best_singles", lambda self: searched.append(1) or self.singles())
+    monkeypatch.setattr(EffectSearch, "best_sets", lambda self, size, smaller: searched.append(size) or [])
+    verdict = judge(astray)
+    assert searched == sizes and [h.keys for h in verdict.tried] == [(FORM.key,)]
+
+
 @pytest.mark.parametrize(
-    ("costs", "excess", "end"),
+    ("costs", "end"),
     [
-        ([244.0, 54.8, 32.6, 29.9, 8.8, 8.7], 1.0, 8.7),  # one poor round, then below the calibration
-        ([61800.0, 57000.0, 52000.0, 47000.0, 1.0], 1.0, 52000.0),  # two poor rounds
-        ([61800.0, 57000.0, 52000.0, 47000.0, 46900.0], 0.0, 46900.0),  # no misfit is shown: only what helps counts
+        ([244.0, 54.8, 32.6, 29.9, 8.8, 8.7], 8.7),  # one poor round, then below the calibration
+        ([61800.0, 57000.0, 52000.0, 47000.0, 1.0], 52000.0),  # two poor rounds
     ],
 )
-def test_a_hypothesis_is_fitted_on_while_it_may_reach_the_calibration(costs, excess, end, monkeypatch):
+def test_a_hypothesis_is_fitted_on_while_it_may_reach_the_calibration(costs, end, monkeypatch):
+    began, first = scripted(costs, 12.2, 1.0, monkeypatch)
+    assert EffectSearch._closer(began, first).fit.cost == end
+
+
+@pytest.mark.parametrize(
+    ("costs", "foretold", "end"),
+    [
+        # a round that takes little, then one that takes all that is missing
+        ([3199.4, 3192.7, 3018.4, 3016.8, 3010.0, 1.0], [82.0, 14.0, 14.0, 6.0], 3010.0),
+        ([3199.1, 3191.4, 1.0], [20.0], 3191.4),  # less than half of a name is foretold
+    ],
+)
+def test_a_hypothesis_is_fitted_on_while_a_name_is_foretold_where_no_misfit_is_shown(costs, foretold, end, monkeypatch):
+    began, first = scripted(costs, 3200.6, 0.0, monkeypatch)
+    ahead = iter(foretold)
+    began._foretold = lambda fit: next(ahead)
+    assert EffectSearch._closer(began, first).fit.cost == end
+
+
+def scripted(costs, base, excess, monkeypatch):
+    """A search whose rounds end at these costs, and the hypothesis that it begins with."""
     monkeypatch.setattr(hypotheses, "within_form_error", lambda *_: False)
-    scripted = [SimpleNamespace(failed=False, fit=SimpleNamespace(cost=cost, residual=None)) for cost in costs]
-    rest = iter(scripted[1:])
-    base = SimpleNamespace(cost=12.2, residual=None)
-    began = SimpleNamespace(base_excess=excess, base=base, comparison=None, polished=lambda _: next(rest))
-    assert EffectSearch._closer(began, scripted[0]).fit.cost == end
+    found = [SimpleNamespace(failed=False, fit=SimpleNamespace(cost=cost, residual=None)) for cost in costs]
+    rest, own = iter(found[1:]), SimpleNamespace(cost=base, residual=None)
+    return SimpleNamespace(base_excess=excess, base=own, comparison=None, polished=lambda _: next(rest)), found[0]
 
 
 @pytest.mark.slow

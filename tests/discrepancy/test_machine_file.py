@@ -8,8 +8,15 @@ import pytest
 import xarray as xr
 
 from rotorsim.discrepancy.calibration import DIRECTIONS, FitParameter, ParameterPoint, contributions, setting
-from rotorsim.discrepancy.machine_file import FACTORS_OF, NOT_IN_FILE, IdentifiedEffect, difference
-from rotorsim.discrepancy.result import Diagnosis
+from rotorsim.discrepancy.machine_file import (
+    FACTORS_OF,
+    NOT_IN_FILE,
+    IdentifiedEffect,
+    difference,
+    in_words,
+    total_unbalance,
+)
+from rotorsim.discrepancy.result import Diagnosis, null_sentence
 from rotorsim.discrepancy.twin import FACTORS, Twin
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.file_text import remarked
@@ -197,3 +204,34 @@ def test_a_simulation_of_the_new_file_is_the_fitted_one(machine, speeds, tmp_pat
     assert np.abs(fitted - given).max() > 0.2 * np.abs(fitted).max()
     # the damping ratio is of the natural frequencies, which the fit's damping does not follow
     assert np.abs(written - fitted).max() < 0.03 * np.abs(fitted).max()
+
+
+@pytest.mark.parametrize("correlation", [0.0, -0.9])
+def test_an_unbalance_that_two_planes_share_is_stated_as_their_sum(correlation):
+    """Half of 10 g mm more stands at each of two discs, each as uncertain: the sum is known where they are opposed.
+
+    By hand: the sum is 20 g mm, its variance 2 sd^2 (1 + correlation).
+    """
+    machine = Machine.from_text(machine_text("foil_turbo_rotor")).with_(
+        {"effects.unbalance": {"me": "10 g*mm", "phase": "30 deg", "position": "0 mm"}}
+    )
+    sd, along = 4e-6, {"c": np.cos(np.pi / 6), "s": np.sin(np.pi / 6)}
+    calibration = {
+        f"unbalance.{k}.me~phase.{part}": (5e-6 * share, sd) for k in (1, 2) for part, share in along.items()
+    }
+    related = {f"unbalance.1.me~phase.{part}, unbalance.2.me~phase.{part}": correlation for part in "cs"}
+    (total,) = total_unbalance(machine, calibration, related)
+    assert (total.value, total.before) == pytest.approx((2e-5, 1e-5), rel=1e-9)
+    assert total.sd == pytest.approx(sd * np.sqrt(2 * (1 + correlation)), rel=1e-9)
+    assert total.moved == (correlation < 0)
+
+
+def test_numbers_that_records_do_not_tell_apart_have_the_names_of_the_machine():
+    machine = Machine.from_text(machine_text("foil_turbo_rotor"))
+    keys = ["bearing.0.kx", "bearing.0.ky", "bearing.1.cx", "shaft_stiffness", "unbalance.1.me~phase.s"]
+    name = machine.bearings_in_words
+    assert in_words(machine, keys)[:3] == [
+        f"the stiffness of {name[0]}", f"the damping of {name[1]} along x", "Young's modulus of the shaft"
+    ]  # fmt: skip
+    words = null_sentence(dict(zip(keys, (0.5, 0.5, -0.3, 0.4, -0.6), strict=True)), machine)
+    assert all(word in words for word in in_words(machine, keys)) and not any(key in words for key in keys)

@@ -39,7 +39,7 @@ PRINTED = {
     "film_pressure": (67.5, 44),
     "film_range": (
         "dtu_gas_bearing: 21 of 25 speeds beyond",
-        "from 6000 rpm on: 6100 rpm",
+        "above 6000 rpm: 6100 rpm",
         "ended at 6003 rpm: the rim",
     ),
     "fmu_loop": (10.2, 5.4),

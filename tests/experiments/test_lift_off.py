@@ -47,6 +47,15 @@ def down(plant):
     return rs.experiments.coastdown(plant, 345.0, 0.0, longest=10.0)
 
 
+def test_a_shaft_that_a_ramp_stops_ends_at_standstill_and_does_not_turn_back(plant):
+    """Friction and the drive's delay would turn it back at the end of the ramp."""
+    made = rs.experiments.coastdown(plant, 345.0, 0.0, rate=400.0)
+    speed = made["speed"].values
+    assert speed[-1] <= 0 < speed[-2] and made.sizes["time"] <= round(345.0 / 400.0 / plant.machine.sampling_time)
+    ends = summarise_experiment(made)["speed_rpm"]
+    assert ends["last"] == 0.0 and ends["first"] == pytest.approx(345.0 * 30 / np.pi, rel=1e-3)
+
+
 def test_at_standstill_the_journals_rest_on_their_sleeves_as_deep_as_their_weight_presses(plant):
     """Depth W / k of each below the asperities, to 2e-4 by the modes left out; the gas is at ambient pressure."""
     start = plant.start(0.0)

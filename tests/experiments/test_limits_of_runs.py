@@ -124,7 +124,7 @@ def test_records_state_what_they_exceed_and_within_the_range_nothing(plant):
     assert BEYOND not in inside.attrs and sentences(inside.attrs) == []
     beyond = ex.runup(plant, *RAMP)
     (text,) = sentences(beyond.attrs)
-    assert text.startswith("from 6000 rpm on: 6683 rpm, 1.11 times the highest speed at which the machine's model")
+    assert text.startswith("above 6000 rpm: 6683 rpm, 1.11 times the highest speed at which the machine's model")
     low = rs.run(plant, ex.Steady(100.0, 0.25e6, 0.1))
     assert sentences(low.attrs)[0].startswith("0.25 MPa, below the pressures at which")
     assert summarise_experiment(low)[BEYOND] == sentences(low.attrs)
@@ -135,14 +135,14 @@ def test_records_state_what_they_exceed_and_within_the_range_nothing(plant):
     assert (
         sum("MPa, below the pressures at which" in text for text in found) == 1 and falling.attrs["ended"] == "complete"
     )
-    assert sum(text.startswith("from 6000 rpm on: ") for text in found) == 1
+    assert sum(text.startswith("above 6000 rpm: ") for text in found) == 1
 
 
 def test_the_page_and_a_file_state_it_too(plant, tmp_path):
     rs.record(plant, ex.Runup(*RAMP), tmp_path / "run.nc")
     rs.write_report(tmp_path / "run.nc", tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
-    assert "Beyond the range in which the model was checked: from 6000 rpm on: " in page
+    assert "Beyond the range in which the model was checked: above 6000 rpm: " in page
 
 
 def law_of(machine, **settings):

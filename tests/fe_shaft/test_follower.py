@@ -252,6 +252,69 @@ def test_where_a_frequency_jumps_over_the_line_it_crosses_at_the_jump_in_either_
     assert abs(crossing.modes.values[0]) == pytest.approx(20.0, rel=1e-12)  # the nearer side
 
 
+@dataclass(frozen=True)
+class Jumping:
+    """A rigid rotor on two equal isotropic bearings whose stiffness jumps at a speed, to other vectors of all modes.
+
+    Coordinates: x, y of the centre, tilts in the xz and yz plane, motions of films, which creep; over the roots of
+    their masses, and turned at random behind the jump.
+    """
+
+    first: float
+    second: float
+    at: float = 7.0
+    m: float = 2.0
+    Id: float = 1.5
+    Ip: float = 1.0
+    films: int = 20
+
+    def __call__(self, speed):
+        behind, n = abs(speed) > self.at, 4 + self.films
+        k, D = self.second if behind else self.first, np.zeros((n, n))
+        K = np.diag([*np.repeat(2 * k / np.array([self.m, self.Id]), 2), *self.films * [100.0]])
+        D[2, 3], D[3, 2] = self.Ip / self.Id * speed, -self.Ip / self.Id * speed
+        D[range(4, n), range(4, n)] = np.linspace(100.0, 400.0, self.films)
+        Q = np.linalg.qr(np.random.default_rng(2).standard_normal((n, n)))[0] if behind else np.eye(n)
+        return SecondOrder(np.eye(n), Q.T @ D @ Q, Q.T @ K @ Q)
+
+    @property
+    def criticals(self):
+        """Speeds of the double line of translation and of both cones, each on its side of the jump."""
+        for k, behind in ((self.first, False), (self.second, True)):
+            speeds = np.sqrt(2 * k / np.array([self.m, self.m, self.Id - self.Ip, self.Id + self.Ip]))
+            yield from (v for v in speeds.tolist() if (v > self.at) == behind)
+
+
+def asked_at_most(family, times):
+    """The family, which fails where it is asked more often."""
+    asked = []
+
+    def counted(speed):
+        asked.append(speed)
+        assert len(asked) <= times
+        return family(speed)
+
+    return counted
+
+
+@pytest.mark.parametrize(("second", "count"), [(60.0, 4), (40.0, 2)])
+@pytest.mark.parametrize("around", [1.0, 1e-6, 1e-10, 1e-13])
+def test_a_jump_to_other_modes_ends_the_halving_above_the_rounding_of_the_speed(around, second, count):
+    """No mode before the jump is one of those behind it, and all lines are double or a rotor's cones.
+
+    Where as many lines lie below the order line on both sides of it, the crossings are those of the closed form. Softer
+    bearings bring two more below it: no crossing is stated, but the jump.
+    """
+    rotor = Jumping(50.0, second)
+    family, ends = asked_at_most(rotor, 500), [7.0 - 6.0 * around, 7.0 + 23.0 * around]
+    found = follow(family, ends, REGION)
+    lines, lost = crossings(family, found, (1.0,))
+    exact = sorted(v for v in rotor.criticals if ends[0] < v < ends[1])
+    assert len(exact) == (count if around == 1.0 else 0) and len(found.uncertain) == 1
+    assert [line.at for line in lines] == pytest.approx(exact, rel=1e-9)
+    assert len(lost) == (second < 50.0) and all(a <= 7.0 < b and b - a < 2e-10 for a, b in lost)
+
+
 def whirling(speeds, k, c, cross):
     """A disc between two bearings with tables of stiffness, damping and cross-coupling."""
     shaft, disc = [ShaftElement(0.25, 0.0, 0.1) for _ in range(2)], DiskElement(1, 50.0, 0.0, 1.0)

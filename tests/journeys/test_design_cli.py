@@ -181,7 +181,7 @@ def test_a_law_is_verified_on_the_machine(run, tmp_path):
     safe = result["safe_speed"]
     assert safe["ratio"] == pytest.approx(safe["closed_rpm"] / safe["open_rpm"]) and safe["ratio"] > 2
     assert safe["last_checked_rpm"] == pytest.approx(6000) and safe["times_checked"] > 2
-    assert safe["beyond"][0].startswith("from 6000 rpm on: ")
+    assert safe["beyond"][0].startswith("above 6000 rpm: ")
     assert "times that, is not checked" in (tmp_path / "v" / "report.html").read_text()
     rows = {row["check"]: row for row in result["rows"]}
     assert [line for line in err.splitlines() if not line.startswith("compiling ")] == []

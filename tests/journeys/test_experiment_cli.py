@@ -55,6 +55,7 @@ def test_every_experiment_leaves_a_valid_record_and_numbers(run, tmp_path, name)
     code, out, err = run("experiment", name, *RIG, *SHORT[name], "--json", "--out", "here")
     assert code == 0, err
     result = json.loads(out)
+    assert ("largest_orbit_um" in result) != ("largest_orbit" in result)
     assert result["experiment"] == name and result["ended"] == "complete" and result["contact_samples"] == 0
     with xr.open_dataset(tmp_path / "here" / f"{name}.nc", engine="h5netcdf") as record:
         assert validate(record).sizes["time"] == result["samples"]

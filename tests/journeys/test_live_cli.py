@@ -17,7 +17,7 @@ OTHER = Path(__file__).parent / "no_model.json"
     [
         (("--port", "0"), "0 is not a port; give one from 1 to 65535"),
         (("--seed", "-1"), "greater than or equal to 0"),
-        (("--out", __file__), "is a file; give a folder for scenes and records"),
+        (("--out", __file__), "is a file; name a folder"),
         (("plain_rotor", "--law", "p.json"), "plain_rotor has no injectors that a controller could move"),
         (("--law", "nothing.json"), "is not there; give a file that 'rotorsim design' wrote"),
         (("--law", OTHER), "is not a law (its kind is 'scene')"),

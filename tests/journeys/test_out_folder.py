@@ -47,6 +47,14 @@ def test_a_file_is_no_folder(run, tmp_path, command):
     assert file.read_text() == "kept"
 
 
+@pytest.mark.parametrize("command", [*FOLDERS, ("hide", ROTOR), *STUDIES], ids=" ".join)
+@pytest.mark.parametrize("name", ["page.html", "numbers.csv"])
+def test_a_folder_has_no_name_of_a_file(run, tmp_path, command, name):
+    code, out, words = run(*command, "--out", name)
+    assert (code, out) == (2, "") and words.startswith("--out: ") and f"'{name}'" in words
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(("command", "name"), cases(FOLDERS))
 def test_a_command_names_the_file_that_it_would_replace_and_computes_nothing(run, tmp_path, command, name):
     p.make(p.Spec()).save(tmp_path / "law.json")

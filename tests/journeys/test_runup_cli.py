@@ -75,7 +75,7 @@ def test_json_and_table_state_what_is_beyond_the_checked_range(rotorsim, tmp_pat
     ramp = ["--start", "5900 rpm", "--stop", "6100 rpm", "--rate", "1000 rpm/s", "--grid", "32x8", "--no-report"]
     done = rotorsim("runup", *ramp, "--json")
     (text,) = json.loads(done.stdout)["beyond_checked_range"]
-    assert done.returncode == 0 and text.startswith("from 6000 rpm on: 6100 rpm, 1.02 times the highest speed")
+    assert done.returncode == 0 and text.startswith("above 6000 rpm: 6100 rpm, 1.02 times the highest speed")
     done = rotorsim(
         "experiment", "steady", "--speed", "7000 rpm", "--duration", "0.1 s", "--grid", "32x8", "--no-report"
     )

@@ -82,6 +82,7 @@ def test_a_machine_file_names_what_it_means(run, tmp_path):
     (tmp_path / "centrifuge.toml").write_text(text)
     code, _, words = run("machine", "check", "centrifuge.toml")
     assert code == 2 and "unusual = ['effects.gravity.acceleration']" in words
+    assert words.startswith("centrifuge.toml: effects.gravity.acceleration: ")
     (tmp_path / "meant.toml").write_text('unusual = ["effects.gravity.acceleration"]\n' + text)
     assert run("machine", "check", "meant.toml")[0] == 0 and run("machine", "show", "meant.toml")[0] == 0
     meant = load_machine(tmp_path / "meant.toml")

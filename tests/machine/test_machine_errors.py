@@ -123,6 +123,25 @@ def test_a_fault_does_not_make_others_that_are_none():
     assert len(caught.value.problems) == 1
 
 
+@pytest.mark.parametrize(("bearing", "problems"), [(None, 1), (1, 2)])
+def test_injectors_are_in_the_film_that_is_stated_while_another_kind_is_mistyped(bearing, problems):
+    """The first film, whose kind is mistyped, has the injectors; or the second one, too short, by its number."""
+    machine = load_machine("dtu_gas_bearing")
+    first = "\n".join(f"{key} = {value}" for key, value in {
+        "kind": '"gas_fim"', "position": '"60 mm"', "diameter": '"40 mm"', "length": '"40 mm"', "clearance": '"25 um"',
+    }.items())  # fmt: skip
+    own = {"bearings.1.length": "10 mm", "injectors.0.offset": "0 mm"}
+    text = machine.with_(own).text.replace('offset = "0 mm"', 'offset = "8 mm"', 1)
+    before = text.partition("[[bearings]]")[2].partition("[[bearings]]")[0]
+    text = text.replace(before, f"\n{first}\n\n", 1)
+    if bearing is not None:
+        text = text.replace("[injection]", f"[injection]\nbearing = {bearing}", 1)
+    with pytest.raises(MachineFileError) as caught:
+        Machine.from_text(text)
+    assert len(caught.value.problems) == problems
+    assert problems == 1 or caught.value.problems[1].startswith("injectors.0.offset: '8 mm'")
+
+
 def test_injectors_without_injection_are_refused():
     text = RIG[: RIG.index("[injection]")] + RIG[RIG.index("[[injectors]]") :]
     with pytest.raises(MachineFileError, match="injection: missing, but there are injectors; add"):

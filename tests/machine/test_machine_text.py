@@ -4,11 +4,13 @@ import pickle
 
 import numpy as np
 import pytest
+import tomlkit
 from hypothesis import given, settings, strategies as st
 
 from rotorsim.base.errors import MachineFileError
-from rotorsim.machine import load_machine
-from rotorsim.machine.schema import Machine
+from rotorsim.machine import load_machine, machine_text, shipped_machines
+from rotorsim.machine.file_text import parse, value_at, with_value
+from rotorsim.machine.schema import Machine, leaves
 
 
 def si(low, high, unit):
@@ -166,3 +168,20 @@ def test_a_machine_survives_pickling_and_hashes_by_content():
     machine = load_machine("dtu_gas_bearing")
     assert pickle.loads(pickle.dumps(machine)) == machine
     assert len({machine, load_machine("dtu_gas_bearing"), Machine.from_text(machine.text)}) == 1
+
+
+@pytest.mark.parametrize("name", shipped_machines())
+def test_a_value_that_is_replaced_on_its_line_gives_the_bytes_of_an_edit_of_the_parsed_file(name):
+    text, tables = machine_text(name), parse(machine_text(name))
+    written = [path for path, *_ in leaves(load_machine(name)) if isinstance(value_at(tables, path), (str, float))]
+    for path in written[::4]:
+        old = value_at(tables, path)
+        new = 1.25 * old if isinstance(old, float) else f'{old} "#\\'
+        document = tomlkit.parse(text)
+        *above, last = path.split(".")
+        held = document
+        for key in above:
+            held = held[int(key)] if isinstance(held, list) else held if key == "0" and "0" not in held else held[key]
+        held[last] = new
+        assert with_value(text, path, new) == tomlkit.dumps(document), path
+    assert len(written) > 8

@@ -123,7 +123,7 @@ def test_a_run_is_beyond_from_the_speed_at_which_a_limit_is_passed(plant):
     sonic = validity.sound(machine.gas) / 0.02
     found = validity.beyond(assembly, 300.0, 1.05 * sonic, 0.5e6)
     mach = next(text for text in found if "Mach number of the surface" in text)
-    rpm = float(mach.removeprefix("from ").partition(" rpm on: ")[0])
+    rpm = float(mach.removeprefix("above ").partition(" rpm: ")[0])
     assert rpm * RPM == pytest.approx(sonic, rel=1 / 2**validity.STEPS * 1.05)
     assert validity.beyond(assembly, 300.0, 600.0, 0.5e6) == ()
 
@@ -134,7 +134,7 @@ def test_a_limit_that_only_low_speeds_exceed_is_stated_too(plant):
         {"grid.n_theta": 24, "grid.n_z": 8, "gas.ambient_pressure": 118e3}
     )
     (found,) = validity.beyond(rs.Plant(machine).assembly, 9000 * RPM, 60000 * RPM, 0.0)
-    rpm = float(found.removeprefix("up to ").partition(" rpm: ")[0])
+    rpm = float(found.removeprefix("below ").partition(" rpm: ")[0])
     assert 35000 < rpm < 48000 and "rpm: Knudsen number 0.0119 > 0.01" in found
     within = range_of_validity(rs.Plant(machine), 1.01 * rpm * RPM)
     (beyond,) = range_of_validity(rs.Plant(machine), 0.99 * rpm * RPM)

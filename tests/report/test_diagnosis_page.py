@@ -11,7 +11,7 @@ from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.files import StoredPlan
 from rotorsim.discrepancy.judge import NO_ACCURACY
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
-from rotorsim.discrepancy.records import ONE_EXCITATION
+from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.result import PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
@@ -174,6 +174,10 @@ STEPS = {
     "partial": (small_diagnosis(status="partial", unknown=UNKNOWN), "Do not use the effect as found"),
     "unknown": (small_diagnosis(status="unknown", effects=[], unknown=UNKNOWN), "Look on the machine"),
     "accuracy": (COARSE, "Nothing states"),
+    "one speed": (
+        small_diagnosis(status="no_disagreement", effects=[], notes=(ONE_SPEED_ALONE, ONE_EXCITATION)),
+        "Use the re-calibrated machine file at this speed. Record three more speeds",
+    ),
     "one amplitude": (
         small_diagnosis(status="no_disagreement", effects=[], notes=(ONE_EXCITATION,)),
         "Use the re-calibrated machine file for motions as large as these. Record the same points with half",

@@ -215,8 +215,9 @@ export default {
     take(state) {
       const other = !this.state || this.state.revision !== state.revision || !state.groups !== !this.state.groups;
       this.know(state);
+      if (!this.state?.groups) this.$nextTick(() => this.resized());
+      for (const part of [state.groups, state.view]) if (part) Object.freeze(part); // as a whole replaced: Vue need not watch it
       this.state = state;
-      this.$nextTick(() => this.resized());
       if (other) this.requested = {};
       if (state.groups && other) this.ask();
     },
@@ -283,13 +284,14 @@ export default {
       }
     },
     answered({ revision, panel, answer, text }) {
+      Object.freeze(answer); // Vue need not watch every number
       if (answer.first) return this.begun(panel, answer, text);
       if (this.kept && text === this.state.kept) {
         this.kept[panel] = answer;
         this.paint(panel);
         if (text !== this.state.text) return;
       }
-      this.answers[panel] = answer.error && this.answers[panel] ? { ...this.answers[panel], error: answer.error } : answer;
+      this.answers[panel] = answer.error && this.answers[panel] ? Object.freeze({ ...this.answers[panel], error: answer.error }) : answer;
       this.revisions[panel] = revision;
       this.texts[panel] = text;
       this.waiting[panel] = false;

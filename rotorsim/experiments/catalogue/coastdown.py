@@ -80,9 +80,12 @@ class Coastdown(Experiment):
         return rows
 
     def end(self, speed: np.ndarray) -> int | None:
-        """The record ends with the first sample at or below `stop`."""
+        """The record ends with the first sample at or below `stop`; that of a ramp does where the shaft stands still.
+
+        A drive that brakes with a delay would turn it back a little.
+        """
         below = np.flatnonzero(speed <= self.stop)
-        return int(below[0]) + 1 if self.rate is None and below.size else None
+        return int(below[0]) + 1 if below.size and (self.rate is None or self.stop == 0) else None
 
     @classmethod
     def findings(cls, record: xr.Dataset) -> dict[str, Any]:
