@@ -42,7 +42,7 @@ def test_the_count_of_missing_modes_is_the_number_left_out(seed):
 
 @pytest.mark.parametrize("gone", [[0], [3], [5]])
 def test_the_turn_of_the_determinant_is_at_a_missing_mode(gone):
-    """The sums of the missing eigenvalue with its partner and of their squares, by Simpson's rule on steps that vary."""
+    """The sums of the missing eigenvalue with its partner and of their squares, on steps that vary in length."""
     rng = np.random.default_rng(11)
     pencil = oscillators(rng.uniform(20, 90, 8), rng.uniform(0.0, 0.3, 8))
     every = everything(pencil)
