@@ -335,7 +335,7 @@ def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes |
         known = refined(pencil, seed)
     known = counted(pencil, known, region)
     while not known.proven:
-        for find in (_mean_missing, _about_missing):
+        for find in (mean_missing, _about_missing):
             more = _sought(pencil, region, known, find(known, region))
             if len(more.values) > len(known.values):
                 break
@@ -387,7 +387,7 @@ def _expected(region: Region, hints: Sequence[float]) -> list[complex]:
     return [1j * f for f in [*near, *(f for f in even if all(abs(f - h) > 0.1 * region.reach for h in near))]]
 
 
-def _mean_missing(known: Modes, region: Region) -> list[complex]:
+def mean_missing(known: Modes, region: Region) -> list[complex]:
     """The mean of the missing modes as the moments of the determinant's turn have it, where it lies in the region.
 
     The sums of the missing eigenvalues and of their squares are real: each counts with its partner.

@@ -11,7 +11,7 @@ from fe_shaft.critical import _forward_plane
 from fe_shaft.crossings import ModesAt, crossings, first_loss
 from fe_shaft.follower import follow
 from fe_shaft.pencil import Quotient, Region, SecondOrder, nothing
-from fe_shaft.spectrum import everything, joined, missing_in, modes_in, tracked
+from fe_shaft.spectrum import counted, everything, joined, mean_missing, missing_in, modes_in, tracked
 
 pytestmark = pytest.mark.numerical
 
@@ -38,6 +38,17 @@ def test_the_count_of_missing_modes_is_the_number_left_out(seed):
     for left in (0, 2, 5):
         gone = np.flatnonzero(inside)[:left]
         assert missing_in(REGION, Quotient(pencil, np.delete(every, gone))) == 2 * len(gone)
+
+
+@pytest.mark.parametrize("gone", [[0], [3], [5]])
+def test_the_turn_of_the_determinant_is_at_a_missing_mode(gone):
+    """The sums of the missing eigenvalue with its partner and of their squares, on steps that vary in length."""
+    rng = np.random.default_rng(11)
+    pencil = oscillators(rng.uniform(20, 90, 8), rng.uniform(0.0, 0.3, 8))
+    every = everything(pencil)
+    known = counted(pencil, every.take(np.delete(np.arange(8), gone)), REGION)
+    assert known.missing == 2
+    assert mean_missing(known, REGION) == pytest.approx(every.values[gone].tolist(), rel=0.05)
 
 
 @pytest.mark.parametrize("seed", range(4))
