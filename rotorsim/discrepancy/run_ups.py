@@ -25,6 +25,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from identification import make_vectors
 from identification.records.schema import measured, notes_of, probe_angle, with_notes
@@ -149,8 +150,13 @@ def track(
     displacement: np.ndarray, speed: np.ndarray, angle: float, speeds: np.ndarray, orders: Sequence[int],
     turns: float = TURNS, hann: bool = False,
 ) -> np.ndarray:  # fmt: skip
-    """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over `turns`."""
-    turned = angle + np.concatenate([[0.0], np.cumsum(speed)[:-1] * RIG_SAMPLE])
+    """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over `turns`.
+
+    `speed` (n,) [rad/s] are inputs, which the shaft reaches at a straight ramp where their sample ends: the reading of a
+    sample has the speed before. Angles of steps in place of ramps lag by half a sample of the speed gained.
+    """
+    speed = np.concatenate([speed[:1], speed[:-1]])
+    turned = angle + cumulative_trapezoid(speed, dx=RIG_SAMPLE, initial=0.0)
     out = np.zeros((1, 2, 1 + len(orders) * len(speeds)), complex)
     rising = speed[-1] >= speed[0]
     for k, wanted in enumerate(speeds):

@@ -5,11 +5,16 @@ import pytest
 
 from identification import make_vectors
 from rotorsim.base.errors import DataError
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import contributions, setting
 from rotorsim.discrepancy.data_vector import repeat_scatter
 from rotorsim.discrepancy.hidden_machine import draw
-from rotorsim.discrepancy.run_ups import RATE, make_sweeps, ramp, rate_notes, track
+from rotorsim.discrepancy.run_ups import RATE, make_sweeps, order_vectors, ramp, rate_notes, track
+from rotorsim.discrepancy.twin import Twin
+from rotorsim.machine import load_machine
+from rotorsim.plant.kernels.layout import READ
+from rotorsim.plant.simulation import AT, Simulation, settle
 
 SPEEDS = 2 * np.pi * np.arange(8.0, 38.0, 1.0)
 
@@ -26,7 +31,8 @@ def table(amplitude, phase, **attrs):
 
 def test_orders_of_a_run_up_are_tracked_with_their_phase():
     speed = ramp(SPEEDS, RATE, 0.0)[:, 0]
-    angle = 0.3 + np.concatenate([[0.0], np.cumsum(speed)[:-1] * 2e-4])
+    before = np.concatenate([speed[:1], speed[:-1]])
+    angle = 0.3 + np.concatenate([[0.0], np.cumsum((before[1:] + before[:-1]) / 2)]) * RIG_SAMPLE
     y = 1e-6 * np.column_stack([2 * np.cos(angle - 0.5), 3 * np.cos(2 * angle + 1.0)])
     found = track(y, speed, 0.3, SPEEDS, (1, 2))
     n = len(SPEEDS)
@@ -111,3 +117,20 @@ def test_a_hidden_force_is_found_in_vectors_alone(machine, truth_plant, rng):
     found = diagnose(machine, [given], effects=["coupling", "runout", "shaft_bow"])
     assert found.status in ("named", "tie")
     assert "coupling.force_2x" in [f.form for f in found.effects]
+
+
+def test_vectors_of_the_twin_belong_to_the_angle_of_its_shaft():
+    """A ramp of 5 s: angles of steps in place of the plant's straight ramps lag by 1e-4 s times the speed gained."""
+    twin = Twin(load_machine("plain_rotor"))
+    rows = np.zeros((25_000, 6))
+    rows[:, 0] = 50 + 40.0 * RIG_SAMPLE * np.arange(1, len(rows) + 1)
+    a = twin.set({})
+    run = Simulation(a, settle(a, rows[0, 0], 0.0)).advance(rows)
+    angle, disc = np.unwrap(run[:, AT["angle"]]), run[:, READ : READ + 2]
+    speeds = np.array([100.0, 180.0, 240.0])
+    found = track(disc, rows[:, 0], float(angle[0]), speeds, (1,))[0, :, 1:]
+    for k, speed in enumerate(speeds):
+        centre = int(np.searchsorted(run[:, AT["speed"]], speed))
+        half = int(8 * np.pi / speed / RIG_SAMPLE)
+        own = slice(centre - half, centre + half)
+        assert found[:, k] == pytest.approx(order_vectors(angle[own], disc[own], (1,), False)[0], rel=1e-6)
