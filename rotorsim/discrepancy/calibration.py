@@ -198,9 +198,9 @@ def calibration(twin: Twin, points: int = 6) -> tuple[FitParameter, ...]:
 
 SHEAR = FitParameter("shaft_shear", 0.1, 0.5, -1.0, 1.0)
 """Relative change of the shaft's softening by shear, which stands next to a law: a shaft with -1 does not shear."""
-MESH = FitParameter("mesh", 1.0, 0.5, -1.0, 1.0)
-"""Direction of the solver's error, which is corrected for; half of it may remain, and no more than all of it: halved
-nodes and steps show three quarters of an error of second order and half of one of first order."""
+MESH = FitParameter("mesh", 1.0, 0.5)
+"""Direction of the solver's error, which is corrected for; half of it may remain. Halved nodes and steps show three
+quarters of an error of second order and half of one of first order: more than all of it once more is not believed."""
 LAW = FitParameter("law", 1.0, 0.1)
 """Direction from one injector law to the other."""
 

@@ -325,12 +325,12 @@ def closer(comparison: TwinComparison, rough: ParameterFit, progress: Callable[[
 def strained(base: ParameterFit, natural: float = NATURAL) -> list[str]:
     """Names of the machine's calibration parameters that a fit has moved to their limits or beyond their priors.
 
-    Not those that shift the data alone, nor trends, nor what stands at an end within `natural` deviations of its prior:
-    a bearing that has lost its damping counts all the same.
+    Not the sensors' zeros and the injectors' law, nor trends, nor what stands at an end within `natural` deviations of
+    its prior: a bearing that has lost its damping counts all the same, and so does a multiple of the solver's error.
     """
     found = []
     for parameter, value in zip(base.parameters, base.vector, strict=True):
-        if parameter.trend or parameter.key in DIRECTIONS:
+        if parameter.trend or (parameter.key in DIRECTIONS and parameter != MESH):
             continue
         at_limit = (value <= parameter.low or value >= parameter.high) and abs(value) > natural * parameter.sd
         undamped = value <= parameter.low and parameter.key.startswith("bearing.") and ".c" in parameter.key
