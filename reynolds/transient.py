@@ -27,7 +27,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from reynolds.film import stored, thickness, thickness_slope, wrap
+from reynolds.film import bend_foil, stored, thickness, thickness_slope, wrap
 from reynolds.grid import Layout
 from reynolds.jit import inlined
 from reynolds.vectors import dot, two_dots
@@ -40,6 +40,8 @@ OLD = -((1.0 - GAMMA) ** 2) / (GAMMA * (2.0 - GAMMA))
 TO_MID, TO_END = 0, 1
 TRUST = 0.1
 """Error (pressure / ambient + journal / clearance) above which a stage that was cut short holds its films instead."""
+LEAST = 0.1
+"""Least pressure of a film that is held, in ambient pressures: corrections do not lead out of a vacuum."""
 
 
 def predictor_table() -> list[float]:
@@ -248,6 +250,16 @@ def take_back(w, L):
         w[L.p + k] = w[L.p_1 + k]
     for i in range(L.n_inj):
         w[L.plenum + i] = w[L.plenum_1 + i]
+
+
+@inlined
+def hold(w, F, L, iadt):
+    """Hold a film without an answer: as `take_back`, above a vacuum, and the foil bent under these pressures."""
+    take_back(w, L)
+    for k in range(L.length):
+        w[L.p + k] = max(w[L.p + k], LEAST * F.pa)
+    if L.foil == 1:
+        bend_foil(w, F, L, iadt)
 
 
 FIRST_STEP, LAST_STEP, GROWTH, RETREAT = 2e-5, 1e3, 4.0, 0.2

@@ -204,6 +204,30 @@ def test_a_bounded_step_notes_the_force_by_which_a_foils_contact_is_missed(held)
     assert 1.2 * machine.solver.tolerance < min(one for one in noted if one > 0.0) < 1e-4
 
 
+@pytest.mark.parametrize("most", [20, 50])
+def test_a_foil_driven_into_its_stop_in_bounded_steps_stays_physical_and_comes_back(held, most):
+    """800 N for 2 ms: .12 s later the orbit is within 5 % and .05 um of one without a bound, measured 2.3 % and .03.
+
+    The journal ran to 1e289 m where foils kept the deflection of corrections that had run away, and to .1 m by friction
+    where films are held. Phases differ: contact brakes the shaft.
+    """
+    machine, inputs, orbits = load_machine("foil_turbo_rotor"), held(1500, 1500.0, 0.0), []
+    inputs[:20, 4] = 800.0
+    for bound in (None, most):
+        run = Plant(machine.with_({"solver.corrections": bound}), n_theta=60, n_z=8).start(1500.0, 0.0)
+        pushed = []
+        for row in inputs[:300]:
+            pushed.append(run.advance(row[None])[0, AT["h_min"]])
+            assert min(run.film_pressure(k).min() for k in range(2)) > 0.0
+        assert -50e-6 < min(pushed) < -10e-6
+        overruns = run.counters["overruns"]
+        orbits.append(run.advance(inputs[300:])[-300:, AT_JOURNAL : AT_JOURNAL + 2])
+        assert run.counters["overruns"] == overruns and (overruns > 20) == (bound is not None)
+    exact, bounded = orbits
+    assert np.ptp(bounded, axis=0) == pytest.approx(np.ptp(exact, axis=0), rel=0.05)
+    assert bounded.mean(axis=0) == pytest.approx(exact.mean(axis=0), abs=0.05e-6)
+
+
 def test_masses_are_carried_on_as_parabolas_in_time():
     """Weights of the two stages against a parabola through the masses that a step has: exact to round-off."""
     weights = np.reshape(MASSES, (2, 3, 3))

@@ -47,6 +47,7 @@ from reynolds.transient import (
     carry_mass,
     end_stage,
     gas_spring,
+    hold,
     predict,
     stage_rhs,
     take_back,
@@ -297,28 +298,32 @@ def contacts_missed(w, P, speed, adt):
 
 
 @inlined
-def hold_films(w, P, speed, adt):
-    """Films as at the step's start, and journals where these and contacts take them, for an answer that is far off."""
+def hold_films(w, P, adt):
+    """Films as at the step's start, and journals where these and contacts take them, for an answer that is far off.
+
+    Contacts rub as on a shaft at standstill: films that are held do not damp, and friction with one that turns would
+    drive its journals round in an ever larger backward whirl.
+    """
     for f in range(ROTOR.n_films):
-        take_back(film_part(w, f), FILM)
+        hold(film_part(w, f), film_constants(P, f), FILM, 1.0 / adt)
         w[ROTOR.contact + f] = 0.0
     guess_journals(w)
-    journal_equation(w, P, speed, adt)
+    journal_equation(w, P, 0.0, adt)
     if RIG.n_contact > 0:
-        settle_contacts(w, P, speed, adt)
+        settle_contacts(w, P, 0.0, adt)
     for f in range(ROTOR.n_films):
         thickness(film_part(w, f), film_constants(P, f), FILM)
 
 
 @inlined
-def give_up(w, P, speed, adt):
+def give_up(w, P, adt):
     """End a stage that has no answer: NOT_CONVERGED, or where work is bounded the films held, and new factors next."""
     c = FILM.convergence
     if w[c + LIMIT] == 0.0:
         return NOT_CONVERGED
     cut_short(w, c, LOST)
     w[c + SURPRISE] = LOST
-    hold_films(w, P, speed, adt)
+    hold_films(w, P, adt)
     return 1
 
 
@@ -383,16 +388,16 @@ def solve_stage(w, ix, P, stage, speed, adt):
             v, s = film_part(w, f), ROTOR.journal_before + 2 * f
             w[s], w[s + 1] = v[FILM.journal], v[FILM.journal + 1]
         if solve_film(w, ix, P, speed, 1.0 / adt, P.tolerance, False) < 0:
-            return give_up(w, P, speed, adt)
+            return give_up(w, P, adt)
         agreed = RIG.n_contact == 0 or contacts_agree(w, P, speed, adt)
         if not agreed and room_left(w, FILM.convergence) < 1.0:
             cut_short(w, FILM.convergence, max(contacts_missed(w, P, speed, adt), P.tolerance))
         if w[FILM.convergence + CUT] > TRUST:
-            hold_films(w, P, speed, adt)
+            hold_films(w, P, adt)
         if agreed or w[FILM.convergence + CUT] > 0.0:
             return 1
         journal_equation(w, P, speed, adt)
-    return give_up(w, P, speed, adt)
+    return give_up(w, P, adt)
 
 
 @kernel
