@@ -286,14 +286,8 @@ def lay_out(rotor: AssembledRotor) -> DofLayout:
 def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     """The matrices that do not change with speed."""
 
-    def shaft(matrix: Callable[[ShaftElement], Matrix], used: bool = True) -> Matrix:
-        full = np.zeros((layout.ndof, layout.ndof))
-        if used:
-            own = _of_shaft(matrix, tuple(rotor.shaft_elements))
-            full[: len(own), : len(own)] = own
-        return full
-
-    M, G = shaft(elements.mass_matrix), shaft(elements.gyroscopic_matrix)
+    bare = _of_shaft(tuple(rotor.shaft_elements))
+    M, G, K, C, N, H, N_h = (np.pad(own, (0, layout.ndof - len(own))) for own in bare)
     for disk in rotor.disk_elements:
         place = slice(4 * disk.n, 4 * disk.n + 4)
         M[place, place] += elements.disk_mass_matrix(disk)
@@ -309,33 +303,36 @@ def assemble(rotor: AssembledRotor, layout: DofLayout) -> Parts:
     if M_b.any():
         M += M_b
     damped = _mass_damping(rotor, layout)
-    every = rotor.shaft_elements
-    N = shaft(_viscous_circulation, any(e.eta_v for e in every))
-    C = shaft(_material_damping, any(e.alpha or e.beta or e.eta_v for e in every))
     C = C if damped is None else C + damped
-    H, N_h = shaft(_hysteretic_loss, rotor.hysteretic), shaft(_hysteretic_circulation, rotor.hysteretic)
     constant = [b for b in rotor.bearing_elements if b.constant]
     K_b, C_b = np.zeros_like(M), np.zeros_like(M)
     for bearing in constant:
         _add(layout, K_b, bearing, bearing.stiffness)
         _add(layout, C_b, bearing, bearing.damping)
-    return Parts(M, G, shaft(_stiffness), C, N, H, N_h, K_b, C_b, M_b)
+    return Parts(M, G, K, C, N, H, N_h, K_b, C_b, M_b)
 
 
 @lru_cache(maxsize=4)
-def _of_shaft(matrix: Callable[[ShaftElement], Matrix], shaft: tuple[ShaftElement, ...]) -> Matrix:
-    """Matrix of the shaft's own degrees of freedom, which come first in every layout; not to be written into.
+def _of_shaft(shaft: tuple[ShaftElement, ...]) -> list[Matrix]:
+    """M, G, K, C, N, H, N_h of the shaft's own degrees of freedom, which come first in every layout.
 
-    Rotors of one shaft, on other bearings or with other discs, share it.
+    Rotors of one shaft, on other bearings or with other discs, share them; they are not to be written into.
     """
-    layout = AssembledRotor(shaft).layout
-    full = np.zeros((layout.ndof, layout.ndof))
-    for number, element in enumerate(shaft):
-        assert element.n is not None
-        dofs = layout.element(number, element.n)
-        full[np.ix_(dofs, dofs)] += matrix(element)
-    full.flags.writeable = False
-    return full
+    alone = AssembledRotor(shaft)
+    layout, every = alone.layout, [np.zeros((alone.ndof, alone.ndof)) for _ in range(7)]
+    parts: Sequence[tuple[Callable[[ShaftElement], Matrix], bool]] = (
+        (elements.mass_matrix, True), (elements.gyroscopic_matrix, True), (_stiffness, True),
+        (_material_damping, any(e.alpha or e.beta or e.eta_v for e in shaft)),
+        (_viscous_circulation, any(e.eta_v for e in shaft)),
+        (_hysteretic_loss, alone.hysteretic), (_hysteretic_circulation, alone.hysteretic),
+    )  # fmt: skip
+    for full, (matrix, used) in zip(every, parts, strict=True):
+        for number, element in enumerate(shaft if used else ()):
+            assert element.n is not None
+            dofs = layout.element(number, element.n)
+            full[np.ix_(dofs, dofs)] += matrix(element)
+        full.flags.writeable = False
+    return every
 
 
 def _mass_damping(rotor: AssembledRotor, layout: DofLayout) -> Matrix | None:

@@ -53,10 +53,10 @@ _BEYOND = 1e-6
 """Relative distance above the highest critical speed up to which they are counted."""
 _MORE = 8
 """Vectors of a subspace iteration besides those that are asked for."""
-_RITZ = 1e-13
-"""Change of the inverse squares of frequencies, over the largest, after which it ends."""
+_RITZ = 1e-10
+"""Change of each inverse square of a frequency over itself, besides rounding of the largest, after which it ends."""
 _ITERATIONS = 100
-"""Most steps of it; the count shows what has not come to an end."""
+"""Most steps of it; `missing` is NaN where it has not come to an end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +207,8 @@ class UcsResult:
     """Undamped critical speeds `wn` (n_modes, n_stiffness) [rad/s] over `stiffness` (n_stiffness,) [N/m].
 
     NaN where a disc is so flat that a mode has no forward critical speed. `missing` (n_stiffness,) is the number of
-    critical speeds up to the highest one that are not among them, counted independently: 0; NaN where nobody counted.
+    critical speeds up to the highest one that are not among them, counted independently: 0; NaN where nobody counted
+    or the search did not come to an end.
     """
 
     stiffness: NDArray[np.float64]
@@ -269,9 +270,9 @@ def run_ucs(
     for bearing in rotor.bearing_elements:
         unit[rotor.layout.place(bearing.n)] += 1.0
     springs = _springs(M, K, unit[plane], stiffness)
-    wn = springs.lowest(num_modes)
-    highest = np.nanmax(wn, axis=1, initial=0.0)
-    return UcsResult(stiffness, wn.T, springs.count_up_to(highest) - np.isfinite(wn).sum(axis=1))
+    wn, ended = springs.lowest(num_modes)
+    missing = springs.count_up_to(np.nanmax(wn, axis=1, initial=0.0)) - np.isfinite(wn).sum(axis=1)
+    return UcsResult(stiffness, wn.T, np.where(ended, missing, np.nan))
 
 
 def _forward_plane(
@@ -303,27 +304,37 @@ class _Springs:
     held: NDArray[np.float64]
     stiffer: NDArray[np.float64]
 
-    def lowest(self, count: int) -> NDArray[np.float64]:
-        """The lowest real frequencies (stiffness, count) [rad/s], NaN beyond the last, by subspace iteration."""
+    def lowest(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """The lowest real frequencies (stiffness, count) [rad/s] and whether their search, a subspace iteration, ended.
+
+        Their number `real` is that of the positive `inverse`, whatever the springs (Sylvester), NaN beyond. r springs
+        lower the k-th `inverse` at most to the (k + r)-th, and the subspace has room for the negative ones below minus
+        that, which they do not multiply.
+        """
         C, CT, d = self.held, self.held.T, self.stiffer
-        n, size = len(C), min(len(C), count + _MORE)
+        n, total = len(C), int((self.inverse > len(C) * EPS * max(self.inverse[0], 0.0)).sum())
+        real, last = min(count, total), min(count, total) + C.shape[1]
+        flat = int((self.inverse < (-self.inverse[last - 1] if last <= total else 0.0)).sum())
+        size = min(n, real + flat + _MORE)
         eased = d * np.linalg.inv(np.eye(C.shape[1]) + d * (CT @ C))
-        Y, before = np.broadcast_to(np.eye(n, size), (len(d), n, size)), np.zeros((len(d), size))
+        Y, top = np.broadcast_to(np.eye(n, size), (len(d), n, size)), np.zeros((len(d), real))
+        ended: NDArray[np.bool_] = np.zeros(len(d), bool)
         for _ in range(_ITERATIONS):
             Q = np.linalg.qr(Y)[0]
             moved = CT @ Q
             lower = np.linalg.cholesky(np.eye(size) + d * (moved.mT @ moved))
             turn = np.linalg.inv(lower).mT
             found, mix = np.linalg.eigh(turn.mT @ (Q.mT @ (self.inverse[:, None] * Q)) @ turn)
-            if (np.abs(found - before)[:, -count:] < _RITZ * np.abs(found).max(axis=1, keepdims=True)).all():
+            before, top = top, found[:, ::-1][:, :real]
+            rounding = n * EPS * np.abs(found).max(axis=1, keepdims=True)
+            ended = np.all((top > 0) & (np.abs(top - before) <= _RITZ * top + rounding), axis=1)
+            if ended.all():
                 break
-            before, Y = found, self.inverse[:, None] * (Q @ (turn @ mix))
+            Y = self.inverse[:, None] * (Q @ (turn @ mix))
             Y = Y - C @ (eased @ (CT @ Y))
-        top = found[:, ::-1][:, :count]
-        positive = top > n * EPS * np.maximum(top[:, :1], 0.0)
         wn = np.full((len(d), count), np.nan)
-        wn[:, : top.shape[1]] = 1 / np.sqrt(np.where(positive, top, np.nan))
-        return wn
+        wn[:, :real] = 1 / np.sqrt(np.where(top > 0, top, np.nan))
+        return wn, ended
 
     def count_up_to(self, highest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Number (stiffness,) of real frequencies up to the `highest` (stiffness,) [rad/s].

@@ -33,7 +33,7 @@ from rotorsim.analysis import standards
 from rotorsim.analysis.axial import AxialCurves, axial_curves
 from rotorsim.analysis.campbell import critical_speed_map, crossing_numbers, top_speed
 from rotorsim.analysis.modes_over_speed import ModesOverSpeed, around, modes_over_speed
-from rotorsim.analysis.shaft_motion import driven, measuring_places, unbalances_of
+from rotorsim.analysis.shaft_motion import driven, measuring_places, synchronous_stiffness, unbalances_of
 from rotorsim.analysis.standards import HalfPower
 from rotorsim.analysis.supply import felt
 from rotorsim.analysis.whirl_onset import stability_limit, why_open
@@ -613,16 +613,17 @@ def _responses(
     more = [high] + [m.speed * (1 + k * max(m.zeta, 1e-4)) for m in modes for k in AROUND]
     speeds = np.unique(np.round([*nodes, *np.linspace(0, last, RESPONSES + 1)[1:], *more], 6))
     speeds = speeds[(speeds > 0) & (speeds <= last)]
-    models = list[LinearPlant | None]()
+    stiffness = list[np.ndarray | None]()
     for k, speed in enumerate(speeds.tolist()):
         progress(f"step 2 of 3, unbalance response at {k + 1} of {len(speeds)} speeds")
         model = nodes.get(speed)
         try:
-            models.append(model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure))
+            model = model if isinstance(model, LinearPlant) else plant.linearise(speed, pressure)
+            stiffness.append(synchronous_stiffness(model))
         except (NoLiftOffError, ConvergenceError):
-            models.append(None)
+            stiffness.append(None)
     rows = np.stack([plant.assembly.mesh.shape_between(z) for z in places])
-    q = driven(models, speeds, np.column_stack([_load(plant, case) for case in cases]))
+    q = driven(stiffness, speeds, np.column_stack([_load(plant, case) for case in cases]))
     x, y = (np.moveaxis(np.tensordot(rows[:, axis], q, (1, 1)), 0, 1) for axis in range(2))
     size = half_axes(x, y)[0]
     major = np.where(size > ROUNDED * size.max(axis=1, keepdims=True), size, 0.0 * size).transpose(2, 0, 1)

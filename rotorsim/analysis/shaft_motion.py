@@ -275,11 +275,13 @@ def unbalance_response(
         tuple(unbalances) if unbalances is not None else unbalances_of(plant.machine, float(np.abs(speeds).max()))
     )
     places = measuring_places(plant)
-    models = [at_speed(plant, pressure)(speed) for speed in speeds.tolist()]
-    carried = np.array([model is not None for model in models])
-    response = whirl(plant, models, speeds, unbalances, tuple(places.values()))
     least = LeastDamped.up_to(plant, pressure, float(np.abs(speeds).max()))
-    zeta = np.array([np.nan if model is None else least.certain(model) for model in models])
+    zeta, stiffness = np.full(len(speeds), np.nan), list[np.ndarray | None]()
+    for k, model in enumerate(map(at_speed(plant, pressure), speeds.tolist())):  # one at a time: each has a film
+        stiffness.append(None if model is None else synchronous_stiffness(model))
+        zeta[k] = np.nan if model is None else least.certain(model)
+    carried = np.array([one is not None for one in stiffness])
+    response = whirl(plant, stiffness, speeds, unbalances, tuple(places.values()))
     major, _ = half_axes(response[..., 0], response[..., 1])
     over = ("speed", "place", "axis")
     metres = {"units": "m", "long_name": "response, 0-pk"}
@@ -302,31 +304,38 @@ def unbalance_response(
     )  # fmt: skip
 
 
+def synchronous_stiffness(model: LinearPlant) -> np.ndarray:
+    """Modal dynamic stiffness (m, m) at the frequency of the model's speed."""
+    with one_thread():
+        return model.dynamic_stiffness(1j * model.speed)
+
+
 def whirl(
-    plant: Plant, models: Sequence[LinearPlant | None], speeds: np.ndarray, unbalances: Sequence[RotorUnbalance],
+    plant: Plant, stiffness: Sequence[np.ndarray | None], speeds: np.ndarray, unbalances: Sequence[RotorUnbalance],
     places: Sequence[float],
 ) -> np.ndarray:  # fmt: skip
     """Complex displacements (speeds, places, 2) [m, 0-pk] at speeds (n,) [rad/s]; the motion is Re(x exp(i speed t)).
 
-    NaN where there is no model.
+    NaN where there is no synchronous stiffness (m, m).
     """
     mesh = plant.assembly.mesh
-    loads = [one.me * np.exp(1j * one.phase) * (mesh.shape_between(plane(plant, one), True).T @ np.array([1, -1j]))
-             for one in unbalances]  # fmt: skip
-    q = driven(models, speeds, np.sum(loads, axis=0)[:, None])[:, :, 0]
+    load = np.zeros(mesh.shape_between(mesh.probe).shape[1], complex)
+    for one in unbalances:
+        load += one.me * np.exp(1j * one.phase) * (mesh.shape_between(plane(plant, one), True).T @ np.array([1, -1j]))
+    q = driven(stiffness, speeds, load[:, None])[:, :, 0]
     return np.stack([q @ mesh.shape_between(z).T for z in places], axis=1)
 
 
-def driven(models: Sequence[LinearPlant | None], speeds: np.ndarray, loads: np.ndarray) -> np.ndarray:
+def driven(stiffness: Sequence[np.ndarray | None], speeds: np.ndarray, loads: np.ndarray) -> np.ndarray:
     """Modal displacements (speeds, m, k) at speeds (n,) [rad/s] under loads (m, k) times the square of the speed.
 
-    NaN where there is no model.
+    NaN where there is no synchronous stiffness (m, m).
     """
     q = np.full((len(speeds), *loads.shape), np.nan, complex)
-    known = np.array([k for k, model in enumerate(models) if model is not None], int)
+    known = np.array([k for k, one in enumerate(stiffness) if one is not None], int)
     if known.size:
         with one_thread():
-            D = np.array([one.dynamic_stiffness(1j * one.speed) for one in models if one is not None])
+            D = np.array([one for one in stiffness if one is not None])
             padded = np.pad(loads, ((0, D.shape[1] - len(loads)), (0, 0)))
             q[known] = np.linalg.solve(D, speeds[known, None, None] ** 2 * padded)[:, : len(loads)]
     return q
@@ -422,6 +431,8 @@ def unbalances_of(machine: Machine, highest: float) -> tuple[RotorUnbalance, ...
 
 def describe(machine: Machine, unbalances: Sequence[RotorUnbalance]) -> str:
     """The unbalances in words."""
+    if not unbalances:
+        return "none"
     own = machine.effects.get("unbalance", ())
     source = "of the machine file" if set(unbalances) <= set(own) else "given, or of grade G 2.5 (ISO 21940-11)"
     return f"{', '.join(f'{one.me * 1e6:.4g} g mm' for one in unbalances)}, {source}"
@@ -445,7 +456,9 @@ def largest_response(
             return float("nan")
         if least.among(model)[0] < -DAMPED:
             return float("nan")
-        return float(half_axes(*whirl(plant, [model], np.array([speed]), unbalances, z)[0, 0])[0])
+        return float(
+            half_axes(*whirl(plant, [synchronous_stiffness(model)], np.array([speed]), unbalances, z)[0, 0])[0]
+        )
 
     def flatness(speed: float) -> float:
         found = size(speed)

@@ -15,7 +15,7 @@ import numpy as np
 
 from fe_shaft.modal import half_axes
 from rotorsim.analysis.modes_over_speed import least_damped, modes_over_speed
-from rotorsim.analysis.shaft_motion import unbalances_of, whirl
+from rotorsim.analysis.shaft_motion import synchronous_stiffness, unbalances_of, whirl
 from rotorsim.analysis.whirl_onset import LeastDamped, stability_limit
 from rotorsim.base.errors import DataError, RotorsimError
 from rotorsim.base.files import make_folder, write_json
@@ -294,7 +294,7 @@ def _peak(plant: Plant, pressure: float, low: float, high: float) -> float:
 
     def look(model: LinearPlant, damping: float) -> None:
         grows = damping < -DAMPED
-        motion = whirl(plant, [model], np.array([model.speed]), unbalances, z)[0, 0]
+        motion = whirl(plant, [synchronous_stiffness(model)], np.array([model.speed]), unbalances, z)[0, 0]
         sizes[model.speed] = 0.0 if grows else float(half_axes(*motion)[0])
 
     def look_at(speed: float) -> None:

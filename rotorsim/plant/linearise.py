@@ -187,11 +187,10 @@ class LinearPlant(Shown):
     def transfer(self, s: complex) -> np.ndarray:
         """Transfer function (2, 5) at the complex frequency s [rad/s]."""
         m = len(self.rotor.stiffness)
-        drive = self.E[-m:].astype(complex)
-        if self.film is not None:
-            gas = self.response.factors(np.array([s])).solve(self.E[: -2 * m])
-            drive = drive + self.rotor.Bf.T @ (self.film.F_y @ gas)
-        return np.asarray(self.H[:, -2 * m : -m] @ np.linalg.solve(self.dynamic_stiffness(s), drive))
+        shifted, drive = self.factor(s), self.E[-m:].astype(complex)
+        if self.film is not None and shifted.film is not None:
+            drive = drive + self.rotor.Bf.T @ (self.film.F_y @ shifted.film.solve(self.E[: -2 * m]))
+        return np.asarray(self.H[:, -2 * m : -m] @ np.linalg.solve(shifted.stiffness[0], drive))
 
     def dynamic_stiffness(self, s: complex) -> np.ndarray:
         """Modal dynamic stiffness (m, m) of rotor and film."""
@@ -292,12 +291,12 @@ class LinearPlant(Shown):
         if self.film is None or not self.E[:, :2].any():
             return np.full(2, np.nan)
         pins = self.E[: len(self.film.S), :2]
-        delays = np.zeros(2)
+        delays, static = np.zeros(2), self.response.factors(np.zeros(1)).solve(pins)
         for axis in range(2):
             omega = float(self.wn[self.mode_of_axis(axis)])
-            gas = (self.response.factors(np.array([s])).solve(pins[:, [axis]]) for s in (1j * omega, 0.0))
-            moving, static = ((self.film.F_y[axis] @ one).item() for one in gas)
-            delays[axis] = -np.angle(moving / static) / omega
+            moving = self.response.factors(np.array([1j * omega])).solve(pins[:, [axis]])[:, 0]
+            force = self.film.F_y[axis]
+            delays[axis] = -np.angle((force @ moving) / (force @ static[:, axis])) / omega
         return delays
 
     def mode_of_axis(self, axis: int) -> int:

@@ -1,7 +1,9 @@
 """Warnings of linear analyses: beyond the tables of bearings, above the onset of whirl, extremes at an end."""
 
+import gc
 import json
 import sys
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -49,6 +51,27 @@ def test_speeds_beyond_the_tables_are_said_and_those_within_are_not(pump):
     if low > 0:
         found = sentences(unbalance_response(pump, [0.5 * low, high]))
         assert any("begins at" in one for one in found)
+
+
+def test_without_unbalance_nothing_moves():
+    found = unbalance_response(Plant("plain_rotor"), [100.0, 300.0], unbalances=[])
+    assert (found["major"] == 0).all() and (found["zeta_least"] > 0).all()
+
+
+def test_a_response_keeps_no_model_of_a_speed_that_it_has_left(monkeypatch):
+    """Two of them at most: the one before is there until the next is, and its modes begin the next search."""
+    alive, linearise = list[weakref.ref](), Plant.linearise
+
+    def watched(self, *at):
+        gc.collect()
+        assert sum(one() is not None for one in alive) <= 2
+        model = linearise(self, *at)
+        alive.append(weakref.ref(model))
+        return model
+
+    monkeypatch.setattr(Plant, "linearise", watched)
+    unbalance_response(Plant("dtu_gas_bearing"), np.linspace(100.0, 500.0, 6), 0.5e6)
+    assert len(alive) == 6
 
 
 def test_speeds_of_the_other_sense_are_beyond_a_table_too(pump):

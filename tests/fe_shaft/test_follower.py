@@ -4,9 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from direct_search import crossings as searched
-from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, steel
+from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, critical, steel
 from fe_shaft.critical import _forward_plane
 from fe_shaft.crossings import ModesAt, crossings, first_loss
 from fe_shaft.follower import follow
@@ -364,6 +365,31 @@ def test_undamped_critical_speeds_are_as_many_as_the_signs_of_a_determinant_say(
         sweep = np.linspace(1.0, 1.001 * np.nanmax(wn), 4000)
         signs = [np.linalg.slogdet(held - v * v * M)[0] for v in sweep]
         assert np.count_nonzero(np.diff(signs)) == np.isfinite(wn).sum()
+
+
+FLAT = Rotor(
+    [ShaftElement(0.05, 0.0, 0.05) for _ in range(24)],
+    [DiskElement(k, 5.0, 0.02, 0.2) for k in range(1, 24, 2)],
+    [BearingElement(n, 1e7, 0.0) for n in (0, 24)],
+)
+"""A shaft with twelve flat discs, as many negative 1 / omega^2 of which are larger than the wanted positive ones."""
+
+
+@pytest.mark.parametrize(("ends", "num_modes", "rel"), [((1e6, 1e11), 4, 1e-9), ((1e2, 1e12), 20, 1e-6)])
+def test_flat_discs_take_no_critical_speed_from_the_map_but_their_own(ends, num_modes, rel):
+    """The positive eigenvalues of M x = mu K x, 25 of 50, against LAPACK; the 20th is 3e7 times below the first."""
+    found = FLAT.run_ucs(ends, num=12, num_modes=num_modes)
+    M, K, plane = _forward_plane(FLAT, True)
+    for k, wn in zip(found.stiffness, found.wn.T, strict=True):
+        held = K + np.diag(k * np.isin(plane, [FLAT.layout.place(n) for n in (0, 24)]))
+        assert wn == pytest.approx(eigh(M, held, eigvals_only=True)[: -num_modes - 1 : -1] ** -0.5, rel=rel)
+    assert (found.missing == 0).all()
+
+
+def test_a_map_says_nan_missing_where_its_search_has_not_ended(monkeypatch):
+    monkeypatch.setattr(critical, "_ITERATIONS", 4)
+    found = FLAT.run_ucs(num=12)
+    assert found.missing[0] == 0 and np.isnan(found.missing[1:]).all()
 
 
 @pytest.mark.parametrize("rate", [6e3, 14e3, 3e5])

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from fe_shaft import BearingElement, DiskElement, Rotor, ShaftElement, elements
+from fe_shaft.assembly import _of_shaft
 
 pytestmark = pytest.mark.numerical
 
@@ -115,6 +116,19 @@ def test_turning_an_unsymmetric_rotor_with_its_load_turns_its_frequencies_with_i
         for kx, ky in ((1e6, 3e6), (3e6, 1e6))
     )
     assert one.run_modal(700.0).wn[:8] == pytest.approx(other.run_modal(700.0).wn[:8], rel=1e-9)
+
+
+def test_rotors_of_one_shaft_share_its_matrices():
+    """Two damped shafts in turns on five bearings each: each shaft is assembled once."""
+    _of_shaft.cache_clear()
+    for k in range(5):
+        for length in (0.1, 0.2):
+            shaft = [ShaftElement(length, 0.0, 0.03, beta=1e-5) for _ in range(5)]
+            rotor = Rotor(
+                shaft, [DiskElement(2, 2.0, 0.004, 0.007)], [BearingElement(n, 1e6 + k, 50.0) for n in (0, 5)]
+            )
+            assert rotor.C()[8, 8] > 0.0 and np.array_equal(rotor.C(), rotor.C().T)
+    assert _of_shaft.cache_info()[:2] == (8, 2)
 
 
 def test_unbalances_at_several_nodes_superpose(full_rotor):

@@ -7,6 +7,7 @@ zeta2, static gains xx and yy [um/V], delays x and y [ms]. Its own grid error is
 import numpy as np
 import pytest
 
+from rotorsim.plant import film_response
 from studies.benchmarks.accuracy import REFERENCE
 
 RPM = np.pi / 30
@@ -27,6 +28,18 @@ def test_modes_gains_and_delays_of_the_rig_agree_with_the_independent_calculatio
     assert model.zeta[:2] == pytest.approx([zeta1, zeta2], abs=0.0005)
     assert np.diag(model.static_gain) * 1e6 == pytest.approx([gain_x, gain_y], rel=0.005)
     assert model.delay * 1e3 == pytest.approx([delay_x, delay_y], abs=0.003)
+
+
+def test_a_transfer_function_factors_the_film_once_and_delays_once_an_axis_and_at_rest(rig, monkeypatch):
+    model, factored = rig(n_z=16).linearise(3000 * RPM, 0.5e6), []
+    eliminate, substitute = film_response._compiled()
+    monkeypatch.setattr(
+        film_response, "_compiled", lambda: (lambda *x: (factored.append(x[7]), eliminate(*x)), substitute)
+    )
+    model.transfer(100j)
+    assert len(factored) == 1
+    model.modes, factored.clear()
+    assert np.isfinite(model.delay).all() and len(factored) == 3
 
 
 @pytest.mark.parametrize("pressure", [0.3, 0.5, 0.7])
