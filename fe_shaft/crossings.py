@@ -130,11 +130,10 @@ def _crossed(lines: _Lines, order: float, again: int) -> tuple[list[Crossing], l
 
 
 def _break_is_open(found: Followed, i: int, order: float) -> bool:
-    """Whether modes that end and begin between two nodes may cross a line: not at a jump that leaves as many below."""
-    below = [0, 0]
-    for j, k in found.breaks[i]:
-        below[j - i] += bool(abs(found.nodes[j].modes.values[k]) < order * abs(found.nodes[j].at))
-    return below[0] != below[1] or not jumps(found.nodes[i].at, found.nodes[i + 1].at)
+    """Whether modes that end and begin between two nodes may cross a line: not at a jump where all lie on one side."""
+    places = [(found.nodes[j].at, found.nodes[j].modes.values[k]) for j, k in found.breaks[i]]
+    sides = {bool(abs(s) < order * abs(at)) for at, s in places}
+    return len(sides) > 1 or not jumps(found.nodes[i].at, found.nodes[i + 1].at)
 
 
 def _named(closer: Followed, branch: int, found: Followed, i: int) -> int:
@@ -221,9 +220,8 @@ class _Line:
         bend = max(abs(self._slope(p, q) - mean) for p, q in ((a, b), (b, a), (a, around[0]), (b, around[1])))
         gaps = a.size - order * abs(a.at), b.size - order * abs(b.at)
         crosses = (gaps[0] > 0) != (gaps[1] > 0)
-        if bend < abs(mean - turn) or (not crosses and bend * width < min(map(abs, gaps))):
-            return [self._root(a, b, order) or (a.at, b.at)] if crosses else []
-        if jumps(a.at, b.at):
+        clear = bend < abs(mean - turn) or (not crosses and bend * width < min(map(abs, gaps)))
+        if clear or jumps(a.at, b.at):
             return [self._root(a, b, order) or (a.at, b.at)] if crosses else []
         middle = self._place(0.5 * (a.at + b.at)) if width > LEAST_WIDTH * max(abs(a.at), abs(b.at)) else None
         if middle is None:

@@ -104,6 +104,8 @@ LARGE = 4000
 """States of a shaft above which a panel is computed on request: of 3848 states, all but the slow ones took 5 s."""
 NUMBER = re.compile(r"\s*\+?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?\s*", re.ASCII | re.IGNORECASE)
 """A number that may be typed there."""
+LIFTED = 1.5
+"""Speed over one at which a film lifted off from which on it does: from 33 to 36 rad/s a foil's did by turns."""
 HIGHEST = {"top": 1e7, "speed": 1e7, "supply": 1e7, "tolerance": 20.0}
 """Largest value of an operating point."""
 
@@ -142,13 +144,19 @@ class RememberingPlant(Plant):
         return self._models[key]
 
     @cached_property
-    def _rested(self) -> dict[float, np.ndarray]:
+    def _rested(self) -> dict[tuple[float, float], tuple[float, np.ndarray]]:
         return {}
 
     def _settled(self, speed: float, pressure: float) -> np.ndarray:
-        """Workspace in equilibrium, from the last one at the pressure on: a tenth of the way from ambient pressure."""
-        self._rested[pressure] = settle(self.assembly, speed, pressure, self._rested.get(pressure))
-        return self._rested[pressure]
+        """Workspace in equilibrium, from the last one at the pressure on: a tenth of the way from ambient pressure.
+
+        Not where it may not lift off: a film that carries already goes on to below that speed.
+        """
+        key = pressure, float(np.sign(speed))
+        least, near = self._rested.get(key, (inf, None))
+        w = settle(self.assembly, speed, pressure, near if abs(speed) >= LIFTED * least else None)
+        self._rested[key] = min(abs(speed), least), w
+        return w
 
 
 @dataclass(frozen=True, eq=False)

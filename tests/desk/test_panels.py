@@ -13,7 +13,7 @@ import xarray as xr
 import rotorsim as rs
 from rotorsim.analysis.campbell import top_speed
 from rotorsim.analysis.design_review import MISSED
-from rotorsim.base.errors import DataError, MachineFileError
+from rotorsim.base.errors import DataError, MachineFileError, NoLiftOffError
 from rotorsim.cli import main
 from rotorsim.desk import open_design
 from rotorsim.desk.panels import (
@@ -317,3 +317,18 @@ def test_a_mode_shape_does_not_show_from_what_its_mode_was_found():
     rs.analysis.campbell(before, [0.5 * speed, speed])
     shapes = [rs.analysis.mode_shapes(plant, speed, 0.0)["shape_re"].values for plant in (before, rs.Plant(machine))]
     assert np.abs(shapes[0] - shapes[1]).max() < 1e-13
+
+
+@pytest.mark.parametrize(("carried", "not_carried"), [
+    ((60.0, 40.0, 33.0, 55.0), (36.0, 34.0, 30.0)), ((-60.0, -40.0, -35.0, -55.0), (-34.0, -33.0)),
+])  # fmt: skip
+def test_a_film_lifts_off_at_the_same_speeds_whatever_was_asked_before(carried, not_carried):
+    """One that carries goes on to below its lift-off; and near that it lifts off at one speed, not at a higher one."""
+    machine = rs.load_machine("foil_turbo_rotor").replace("grid.n_theta", 24).replace("grid.n_z", 8)
+    before, new = RememberingPlant(machine), rs.Plant(machine)
+    for speed in carried:
+        assert before.linearise(speed).wn[0] == pytest.approx(new.linearise(speed).wn[0], rel=1e-9)
+    for speed in not_carried:
+        for plant in (before, new):
+            with pytest.raises(NoLiftOffError):
+                plant.linearise(speed)

@@ -258,11 +258,11 @@ class Jumping:
     """A rigid rotor on two equal isotropic bearings whose stiffness jumps at a speed, to other vectors of all modes.
 
     Coordinates: x, y of the centre, tilts in the xz and yz plane, motions of films, which creep; over the roots of
-    their masses, and turned at random behind the jump.
+    their masses, and turned at random behind the jump. Either stiffness is that of both motions, or of each.
     """
 
-    first: float
-    second: float
+    first: float | tuple[float, float]
+    second: float | tuple[float, float]
     at: float = 7.0
     m: float = 2.0
     Id: float = 1.5
@@ -271,7 +271,7 @@ class Jumping:
 
     def __call__(self, speed):
         behind, n = abs(speed) > self.at, 4 + self.films
-        k, D = self.second if behind else self.first, np.zeros((n, n))
+        k, D = np.array(self.second if behind else self.first), np.zeros((n, n))
         K = np.diag([*np.repeat(2 * k / np.array([self.m, self.Id]), 2), *self.films * [100.0]])
         D[2, 3], D[3, 2] = self.Ip / self.Id * speed, -self.Ip / self.Id * speed
         D[range(4, n), range(4, n)] = np.linspace(100.0, 400.0, self.films)
@@ -282,6 +282,7 @@ class Jumping:
     def criticals(self):
         """Speeds of the double line of translation and of both cones, each on its side of the jump."""
         for k, behind in ((self.first, False), (self.second, True)):
+            k = np.repeat(np.broadcast_to(k, 2), 2)
             speeds = np.sqrt(2 * k / np.array([self.m, self.m, self.Id - self.Ip, self.Id + self.Ip]))
             yield from (v for v in speeds.tolist() if (v > self.at) == behind)
 
@@ -298,22 +299,25 @@ def asked_at_most(family, times):
     return counted
 
 
-@pytest.mark.parametrize(("second", "count"), [(60.0, 4), (40.0, 2)])
+@pytest.mark.parametrize(("rotor", "count", "sure"), [
+    (Jumping(50.0, 60.0, at=6.0), 4, True), (Jumping(50.0, 60.0), 4, False), (Jumping(50.0, 40.0), 2, False),
+    (Jumping((50.0, 10.0), (40.0, 70.0)), 4, False),
+])  # fmt: skip
 @pytest.mark.parametrize("around", [1.0, 1e-6, 1e-10, 1e-13])
-def test_a_jump_to_other_modes_ends_the_halving_above_the_rounding_of_the_speed(around, second, count):
+def test_a_jump_to_other_modes_ends_the_halving_above_the_rounding_of_the_speed(around, rotor, count, sure):
     """No mode before the jump is one of those behind it, and all lines are double or a rotor's cones.
 
-    Where as many lines lie below the order line on both sides of it, the crossings are those of the closed form. Softer
-    bearings bring two more below it: no crossing is stated, but the jump.
+    Where all lie above the order line on both sides of the jump, the crossings are those of the closed form. Where some
+    lie below it the jump is listed: as many of the same sense, or two more on softer bearings, or those of translation
+    in the place of both cones, which leap up as they leap down.
     """
-    rotor = Jumping(50.0, second)
-    family, ends = asked_at_most(rotor, 500), [7.0 - 6.0 * around, 7.0 + 23.0 * around]
+    family, ends = asked_at_most(rotor, 500), [rotor.at - 5.0 * around, rotor.at + 24.0 * around]
     found = follow(family, ends, REGION)
     lines, lost = crossings(family, found, (1.0,))
     exact = sorted(v for v in rotor.criticals if ends[0] < v < ends[1])
     assert len(exact) == (count if around == 1.0 else 0) and len(found.uncertain) == 1
     assert [line.at for line in lines] == pytest.approx(exact, rel=1e-9)
-    assert len(lost) == (second < 50.0) and all(a <= 7.0 < b and b - a < 2e-10 for a, b in lost)
+    assert len(lost) == (not sure) and all(a <= rotor.at < b and b - a < 2e-10 for a, b in lost)
 
 
 def whirling(speeds, k, c, cross):
