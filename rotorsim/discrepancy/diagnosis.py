@@ -138,7 +138,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import NotRepeated, repeating
+from rotorsim.discrepancy.stochastic import NotRepeated
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -618,7 +618,7 @@ class DiagnosisRun:
             constant = found is None and faint
             return self._without_name(base, flags, judgement, notes) if constant else None
         refuted = bool(found) and status != "unknown"
-        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.of_means)
+        open_still = status == "partial" or refuted or other.repeating
         notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
         if open_still:
             return None
