@@ -194,12 +194,16 @@ def singular_directions(
 
 
 def finished(
-    comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None, central: bool = True
-) -> ParameterFit:
-    """Converged fit with Jacobians at its own point, by central differences or by one side, the last one included."""
+    comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None, central: bool = True,
+    wanted: float = np.inf,
+) -> ParameterFit:  # fmt: skip
+    """Converged fit with Jacobians at its own point, by central differences or by one side, the last one included.
+
+    It ends too where they do not promise half of the way to a sum of squares that is `wanted`.
+    """
     for number in range(MOST_ROUNDS):
         fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=central))
-        if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
+        if number == MOST_ROUNDS - 1 or fall(fit) < max(STILL, (fit.cost - wanted) / 2):
             break
         last, fit = fit, fit_parameters(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2,
                                         progress=progress)  # fmt: skip
