@@ -41,8 +41,6 @@ OTHERS = 0.02
 not linear, such as those of a crack, a model has the strongest harmonics right. Chosen as FORM was."""
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
-A_FIFTH = 0.2
-"""Share of the flagged excess that a partial explanation takes at least."""
 NEARLY = 0.8
 """Share of the excess gone from which on a hypothesis is fitted with all sensitivities updated before it is dropped."""
 REFITS = 3
@@ -463,15 +461,10 @@ class EffectSearch:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 
-    def best_sets(self, size: int, smaller: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
-        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed.
-
-        Nor where no set next to the calibration and none of the `smaller` ones, from either point, takes `A_FIFTH` of
-        the misfit: of several effects that are missing one by itself takes its part of it.
-        """
+    def best_sets(self, size: int) -> list[Hypothesis]:
+        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed."""
         found = self.sets(size)
-        helps = any(h.gone >= A_FIFTH for h in (*smaller, *found))
-        if self.before is None or not helps or any(passes(h, self) and not strained(h.fit) for h in found):
+        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
             return found
         return _best_of([*found, *self._fitted_on(self.before.sets(size))])
 
