@@ -219,6 +219,13 @@ def fall(fit: ParameterFit) -> float:
     return float(np.sum((g @ answer(normal_root, H)) ** 2))
 
 
+def fall_within(fit: ParameterFit, J: np.ndarray) -> float:
+    """Predicted decrease by the first step of a fit with a Jacobian J (n, k), which ends at the parameters' limits."""
+    p, v = prior_rows(fit.parameters), fit.vector
+    change = within(fit.parameters, v + step_of(J, fit.residual, v, p, 0.0)) - v
+    return max(fit.cost - cost_of(fit.residual - J @ (s * change), v + s * change, p) for s in (0.0, *LENGTHS))
+
+
 def scaled(fit: ParameterFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Scales (k,) of the fit parameters, and Jacobian (n, k) and Hessian with priors (k, k) in these scales."""
     p = prior_rows(fit.parameters)

@@ -1,5 +1,7 @@
 """Calibrations that something missing has led astray: noticed, and searched from the machine file's own numbers too."""
 
+from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -131,7 +133,7 @@ def test_what_the_calibration_has_taken_up_is_fitted_on_where_nothing_is_flagged
     astray.base_excess = astray.before.base_excess = excess
     monkeypatch.setattr("rotorsim.discrepancy.hypotheses.within_form_error", lambda c, before, after: True)
     monkeypatch.setattr("rotorsim.discrepancy.hypotheses.share_gone", lambda left, before: 1.0)
-    monkeypatch.setattr(EffectSearch, "polished", lambda self, h: rounds.append(h.keys) or h)
+    monkeypatch.setattr(EffectSearch, "polished", lambda self, h, J=None: rounds.append(h.keys) or h)
     assert [h.keys for h in astray.best_singles()] == [(FORM.key,)]
     assert bool(rounds) == goes_on
 
@@ -168,23 +170,40 @@ def test_a_law_that_no_group_shows_is_fitted_on_once_it_is_borne_out(monkeypatch
     ("costs", "foretold", "end"),
     [
         # a round that takes little, then one that takes all that is missing
-        ([3199.4, 3192.7, 3018.4, 3016.8, 3010.0, 1.0], [82.0, 14.0, 14.0, 6.0], 3010.0),
-        ([3199.1, 3191.4, 1.0], [20.0], 3191.4),  # less than half of a name is foretold
+        ([3199.4, 3192.7, 3018.4, 3016.8, 3010.0, 1.0], [9.0, 82.0, 14.0, 14.0, 6.0], 3010.0),
+        ([3199.1, 3191.4, 1.0], [9.0, 20.0], 3191.4),  # less than half of a name is foretold
+        ([3099.0, 3099.0], [90.0], 3099.0),  # a round that leaves it where it stands
     ],
 )
 def test_a_hypothesis_is_fitted_on_while_a_name_is_foretold_where_no_misfit_is_shown(costs, foretold, end, monkeypatch):
     began, first = scripted(costs, 3200.6, 0.0, monkeypatch)
     ahead = iter(foretold)
-    began._foretold, began.nominal = lambda fit: next(ahead), began.base
+    monkeypatch.setattr(hypotheses, "fall_within", lambda fit, J: next(ahead))
+    began.nominal, began._sensitivities = began.base, lambda fit: None
+    began._closer_in_noise = partial(EffectSearch._closer_in_noise, began)
     assert EffectSearch._closer(began, first).fit.cost == end
+
+
+def test_nothing_is_foretold_beyond_a_limit(monkeypatch):
+    """A gain may be 6 of the 20 that would take all: one round brings it there, and each takes one Jacobian."""
+    astray, taken = search(0.0, monkeypatch), []
+    monkeypatch.setattr(astray.comparison, "residual", lambda point: 0 * ONES + 20.0 - point.values.get(GAIN, 0.0))
+    own = astray.comparison.jacobian
+    monkeypatch.setattr(astray.comparison, "jacobian", lambda *given, **more: taken.append(1) or own(*given, **more))
+    fit = replace(astray.base, residual=20 * ONES, cost=1600.0)
+    astray.base, astray.nominal, astray.base_excess = fit, fit, 0.0
+    found = astray._closer(hypotheses.Hypothesis((FORM,), fit, 0.0, 0.0, 0.0))
+    assert found.fit.point.values[GAIN] == 6.0 and len(taken) == 2
 
 
 def scripted(costs, base, excess, monkeypatch):
     """A search whose rounds end at these costs, and the hypothesis that it begins with."""
     monkeypatch.setattr(hypotheses, "within_form_error", lambda *_: False)
-    found = [SimpleNamespace(failed=False, fit=SimpleNamespace(cost=cost, residual=None)) for cost in costs]
+    found = [SimpleNamespace(failed=False, fit=SimpleNamespace(cost=cost, residual=None, point=cost)) for cost in costs]
     rest, own = iter(found[1:]), SimpleNamespace(cost=base, residual=None)
-    began = SimpleNamespace(base_excess=excess, base=own, nominal=None, comparison=None, polished=lambda _: next(rest))
+    began = SimpleNamespace(
+        base_excess=excess, base=own, nominal=None, comparison=None, polished=lambda h, J=None: next(rest)
+    )
     return began, found[0]
 
 
