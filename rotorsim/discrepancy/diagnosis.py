@@ -138,7 +138,7 @@ from rotorsim.discrepancy.result import (
     related_of,
 )
 from rotorsim.discrepancy.run_ups import RunupTrial, is_table, make_sweeps, rate_notes, with_tables
-from rotorsim.discrepancy.stochastic import NotRepeated, repeating
+from rotorsim.discrepancy.stochastic import NotRepeated
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import (
@@ -618,7 +618,7 @@ class DiagnosisRun:
             constant = found is None and faint
             return self._without_name(base, flags, judgement, notes) if constant else None
         refuted = bool(found) and status != "unknown"
-        open_still = status == "partial" or refuted or repeating(self.fitted, base.residual, other.of_means)
+        open_still = status == "partial" or refuted or other.repeating
         notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
         if open_still:
             return None
@@ -626,25 +626,27 @@ class DiagnosisRun:
         given = self._result(base, flags, nothing, None, notes)
         return replace(given, status="stochastic", stochastic=other.found[0])
 
-    def _with_shear(self, fit: ParameterFit) -> ParameterFit:
+    def _with_shear(self, fit: ParameterFit, wanted: float = np.inf) -> ParameterFit:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
+
+        It has not where a sum of squares that is `wanted` is out of reach.
 
         The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
         """
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
-        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False)
+        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False, wanted=wanted)
 
     def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
 
-        Sensitivities foretell how near each comes. One of which they do not promise half of the way to the priced sum
-        of squares of the `law` stays as it is.
+        Sensitivities foretell how near each comes. The second one ends where those at its own point, the shaft's shear
+        among them, do not promise half of the way to the priced sum of squares of the `law`.
         """
         near = sorted(rivals, key=priced)[:1]
-        foretold = sorted(rivals, key=lambda h: priced(h) - fall(h.fit))
-        two = [*near, *(h for h in foretold if h is not near[0])][:2]
-        return [replace(h, fit=self._with_shear(h.fit)) if 2 * fall(h.fit) > priced(h) - law - CLEAR else h
-                for h in two]  # fmt: skip
+        others = sorted((h for h in rivals if h not in near), key=lambda h: priced(h) - fall(h.fit))[:1]
+        wanted = [np.inf] * len(near) + [law + CLEAR - priced(h) + h.fit.cost for h in others]
+        pairs = zip([*near, *others], wanted, strict=True)
+        return [replace(h, fit=self._with_shear(h.fit, end)) for h, end in pairs]
 
     def _without_name(
         self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
@@ -667,8 +669,7 @@ class DiagnosisRun:
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
         None for one that no group shows and that may be an error of the model's form, which never has a resonance of
-        its own. None without a memory is fitted where more than a law may leave does not
-        repeat from period to period.
+        its own. None is fitted where more than a law may leave does not repeat from period to period.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. Each law's has to
@@ -687,10 +688,10 @@ class DiagnosisRun:
             return ""
         if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
             return None
-        if law.remembers:
-            return self._of_memory(base, flags, laws, known, notes)
         if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
             return TOO_UNSTEADY.format(law.names)
+        if law.remembers:
+            return self._of_memory(base, flags, laws, known, notes)
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,

@@ -194,12 +194,16 @@ def singular_directions(
 
 
 def finished(
-    comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None, central: bool = True
-) -> ParameterFit:
-    """Converged fit with Jacobians at its own point, by central differences or by one side, the last one included."""
+    comparison: TwinComparison, fit: ParameterFit, progress: Callable[[], None] | None = None, central: bool = True,
+    wanted: float = np.inf,
+) -> ParameterFit:  # fmt: skip
+    """Converged fit with Jacobians at its own point, by central differences or by one side, the last one included.
+
+    It ends too where they do not promise half of the way to a sum of squares that is `wanted`.
+    """
     for number in range(MOST_ROUNDS):
         fit = replace(fit, J=comparison.jacobian(fit.point, fit.parameters, progress=progress, central=central))
-        if number == MOST_ROUNDS - 1 or fall(fit) < STILL:
+        if number == MOST_ROUNDS - 1 or fall(fit) < max(STILL, (fit.cost - wanted) / 2):
             break
         last, fit = fit, fit_parameters(comparison, fit.point, fit.parameters, fit.J, fit.residual, steps=2,
                                         progress=progress)  # fmt: skip
@@ -213,6 +217,13 @@ def fall(fit: ParameterFit) -> float:
     size, J, H = scaled(fit)
     g = J.T @ fit.residual - prior_rows(fit.parameters) ** 2 * fit.vector / size
     return float(np.sum((g @ answer(normal_root, H)) ** 2))
+
+
+def fall_within(fit: ParameterFit, J: np.ndarray) -> float:
+    """Predicted decrease by the first step of a fit with a Jacobian J (n, k), which ends at the parameters' limits."""
+    p, v = prior_rows(fit.parameters), fit.vector
+    change = within(fit.parameters, v + step_of(J, fit.residual, v, p, 0.0)) - v
+    return max(fit.cost - cost_of(fit.residual - J @ (s * change), v + s * change, p) for s in (0.0, *LENGTHS))
 
 
 def scaled(fit: ParameterFit) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -22,7 +22,15 @@ from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen, unit_of
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, excess, flagged, table
-from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, fall, fit_parameters, prior_rows, strained
+from rotorsim.discrepancy.fit import (
+    ParameterFit,
+    cost_of,
+    covariance,
+    fall_within,
+    fit_parameters,
+    prior_rows,
+    strained,
+)
 
 CLEAR = 100.0
 """Least fall of the sum of squares by a name, besides k ln N: twice that of a detectable effect. Where nothing is
@@ -41,8 +49,6 @@ OTHERS = 0.02
 not linear, such as those of a crack, a model has the strongest harmonics right. Chosen as FORM was."""
 ENOUGH = 0.95
 """Share of the flagged excess that has to go before anything is named."""
-A_FIFTH = 0.2
-"""Share of the flagged excess that a partial explanation takes at least."""
 NEARLY = 0.8
 """Share of the excess gone from which on a hypothesis is fitted with all sensitivities updated before it is dropped."""
 REFITS = 3
@@ -53,6 +59,9 @@ MOST_HALVINGS = 4
 """Most reductions of the linear estimate, by 0.4 each, before a fit begins at size 0."""
 MOST_ROUNDS = 8
 """Most fits of a hypothesis with new sensitivities."""
+LITTLE = 0.05
+"""Share of its fall so far below which what a hypothesis may still gain is not fitted: less than a tie, it decides
+nothing."""
 FITTED_ON = 2
 """Hypotheses from the machine file's own numbers that are fitted on: as many as most classes have members."""
 COARSE = 10.0
@@ -239,14 +248,18 @@ class EffectSearch:
         point = self.base.point.holding(fixed)
         return point, self.comparison.residual(point)
 
-    def polished(self, h: Hypothesis) -> Hypothesis:
-        """The hypothesis fitted once more with every sensitivity taken where it stands.
+    def polished(self, h: Hypothesis, J: np.ndarray | None = None) -> Hypothesis:
+        """The hypothesis fitted once more with every sensitivity taken where it stands, or J (n, k) of that point.
 
         The calibration's sensitivities change with the effect at work: without them its size and uncertainty are off.
         """
-        J = self.comparison.jacobian(h.fit.point, h.fit.parameters, progress=self.progress)
+        J = self._sensitivities(h.fit) if J is None else J
         done = fit_parameters(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
         return self._found(h.forms, done)
+
+    def _sensitivities(self, fit: ParameterFit) -> np.ndarray:
+        """Jacobian (n, k) where a fit stands."""
+        return self.comparison.jacobian(fit.point, fit.parameters, progress=self.progress)
 
     def _left(self, fit: ParameterFit) -> float:
         """Excess that a fit leaves."""
@@ -417,22 +430,15 @@ class EffectSearch:
         """A hypothesis fitted on with new sensitivities as long as that helps.
 
         Where a misfit is shown, it ends too after two rounds running from which the rounds that are left, each as good,
-        would not bring it to the calibration's cost. Where none is, most of the sum of squares is noise, and a round
-        that takes little of it may come before one that takes all that is missing: an effect of the catalogue ends once
-        the fall so far and what sensitivities where it stands foretell are less than half of that by a name, or they
-        foretell little more. A law, which has no `nominal`, is fitted on once it is borne out.
+        would not bring it to the calibration's cost. A law, which has no `nominal`, is fitted on once it is borne out.
         """
         shown, was_slow = self.base_excess > 0, False
-        by_tangent = not shown and self.nominal is not None
+        if not shown and self.nominal is not None:
+            return self._closer_in_noise(h)
         for left in reversed(range(MOST_ROUNDS)):
             if h.failed or (shown and within_form_error(self.comparison, self.base.residual, h.fit.residual)):
                 break
             last, h = h.fit.cost, self.polished(h)
-            if by_tangent:
-                fallen, ahead = self.base.cost - h.fit.cost, self._foretold(h.fit)
-                if fallen + ahead < CLEAR / 2 or ahead < 0.05 * fallen:
-                    break
-                continue
             share = h.fit.cost / max(last, 1e-300)
             slow = shown and h.fit.cost * share**left > self.base.cost
             if share > 0.95 or (slow and was_slow):
@@ -440,10 +446,22 @@ class EffectSearch:
             was_slow = slow
         return h
 
-    def _foretold(self, fit: ParameterFit) -> float:
-        """Fall of the sum of squares that sensitivities at the point of a fit foretell, as its next round has them."""
-        J = self.comparison.jacobian(fit.point, fit.parameters, progress=self.progress)
-        return fall(replace(fit, J=J))
+    def _closer_in_noise(self, h: Hypothesis) -> Hypothesis:
+        """An effect of the catalogue fitted on where no misfit is shown: most of the sum of squares is noise.
+
+        A round that takes little of it may come before one that takes all that is missing. It ends once the fall so far
+        and what sensitivities where it stands foretell are less than half of that by a name, or they foretell `LITTLE`
+        more, or a round leaves it where it stands.
+        """
+        for number in range(0 if h.failed else MOST_ROUNDS):
+            J, fallen = self._sensitivities(h.fit), self.base.cost - h.fit.cost
+            ahead = fall_within(h.fit, J)
+            if number and (fallen + ahead < CLEAR / 2 or ahead < LITTLE * fallen):
+                break
+            last, h = h.fit.point, self.polished(h, J)
+            if h.fit.point == last:
+                break
+        return h
 
     def sets(self, size: int, of: Sequence[int] | None = None) -> list[Hypothesis]:
         """The best pairs or triples, re-fitted."""
@@ -463,15 +481,10 @@ class EffectSearch:
                 found.append(self.hypothesis(forms, start))
         return sorted(found, key=lambda h: h.fit.cost)
 
-    def best_sets(self, size: int, smaller: Sequence[Hypothesis] = ()) -> list[Hypothesis]:
-        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed.
-
-        Nor where no set next to the calibration and none of the `smaller` ones, from either point, takes `A_FIFTH` of
-        the misfit: of several effects that are missing one by itself takes its part of it.
-        """
+    def best_sets(self, size: int) -> list[Hypothesis]:
+        """`sets`, and those from the machine file's own numbers unless one that explains the misfit is believed."""
         found = self.sets(size)
-        helps = any(h.gone >= A_FIFTH for h in (*smaller, *found))
-        if self.before is None or not helps or any(passes(h, self) and not strained(h.fit) for h in found):
+        if self.before is None or any(passes(h, self) and not strained(h.fit) for h in found):
             return found
         return _best_of([*found, *self._fitted_on(self.before.sets(size))])
 

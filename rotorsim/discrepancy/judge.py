@@ -45,10 +45,11 @@ from rotorsim.discrepancy.candidates import class_of
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import own_scatter
-from rotorsim.discrepancy.hypotheses import A_FIFTH, Hypothesis
+from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.records import UNLIKE
 from rotorsim.discrepancy.trial import TURNING, Trial
 from rotorsim.discrepancy.verdict import (
+    A_FIFTH,
     ELSE,
     NOTHING,
     PRIORS,

@@ -66,6 +66,8 @@ FACTORS_OF: dict[str, tuple[str, str, str, Callable[[Any], float]]] = {
     ),
 }  # fmt: skip
 """Path, place, unit and value before of the numbers that a relative change of the calibration turns."""
+OF_AXES = {"actuator": "the gain of the actuators", "offset": "the zero of the probes"}
+"""Words for numbers along an axis, by the keys before it."""
 SAME_PLACE = 1e-6
 """Distance [m] within which two effects act at one place."""
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
@@ -207,17 +209,31 @@ def in_words(machine: Machine, keys: Iterable[str]) -> list[str]:
     """Calibrated numbers as a sentence names them; those of both directions at a place as one."""
     found: dict[str, list[str]] = {}
     for key in keys:
-        name, _, rest = key.partition(".")
-        number, _, last = rest.partition(".")
-        if name == "bearing":
-            words = f"the {'stiffness' if last[0] == 'k' else 'damping'} of {machine.bearings_in_words[int(number)]}"
-            found.setdefault(words, []).append(f" along {last[1]}")
-        elif "~" in last:
-            words = f"the {name.replace('_', ' ')} of {place_at(machine, _plane(machine, name, int(number))).name}"
-            found.setdefault(words, []).append(" along 0 deg" if last.endswith(".c") else " along 90 deg")
-        else:
-            found[FACTORS_OF[key][1] if key in FACTORS_OF else key.replace("_", " ").replace(".", " ")] = []
+        words, way = _number_in_words(machine, key)
+        found.setdefault(words, []).append(way)
     return [words + (ways[0] if len(ways) == 1 else "") for words, ways in found.items()]
+
+
+def _number_in_words(machine: Machine, key: str) -> tuple[str, str]:
+    """A calibrated number, by its key, and its direction with a blank before it; empty where it has none."""
+    if key in FACTORS_OF:
+        return FACTORS_OF[key][1], ""
+    if key == SHEAR.key:
+        return "the softening of the shaft by shear", ""
+    name, _, axis = key.rpartition("_")
+    if name in OF_AXES:
+        return OF_AXES[name], f" along {axis}"
+    if "." not in key:
+        return key.replace("_", " "), ""
+    name, number, last = key.split(".", 2)
+    if name == "bearing":
+        what = "stiffness" if last[0] == "k" else "loss c / k^2"
+        return f"the {what} of {machine.bearings_in_words[int(number)]}", f" along {last[1]}"
+    effect = name.replace("_", " ")
+    if "~" in last:
+        way = " along 0 deg" if last.endswith(".c") else " along 90 deg"
+        return f"the {effect} of {place_at(machine, _plane(machine, name, int(number))).name}", way
+    return f"the {last.replace('_', ' ')} of {effect} {int(number) + 1}", ""
 
 
 def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]], key: str) -> str:
@@ -230,15 +246,8 @@ def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]
         return (
             f"{pair.partition('~')[0]} of {words} is {_rough(size, unit, 3)} +- {_rough(sd, unit)}, the file has none"
         )
-    place, size, sd = key.replace("_", " "), *calibration[key]
-    if key.startswith("bearing."):
-        _, number, last = key.split(".")
-        place = f"the loss c / k^2 of {machine.bearings_in_words[int(number)]} along {last[1]}"
-    elif key == "shaft_shear":
-        place = "the softening of the shaft by shear"
-    elif key.startswith("actuator_"):
-        place = f"the gain of the actuators along {key[-1]}"
-    return f"{place} has changed by {100 * size:+.3g} % +- {100 * sd:.2g} %"
+    size, sd = calibration[key]
+    return f"{''.join(_number_in_words(machine, key))} has changed by {100 * size:+.3g} % +- {100 * sd:.2g} %"
 
 
 def _of_wave(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> Iterator[RecalibratedValue]:

@@ -24,7 +24,7 @@ from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
 from rotorsim.discrepancy.machine_file import UNBALANCE, Findings, IdentifiedEffect, extended, in_words
-from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
+from rotorsim.discrepancy.records import FEWEST_POINTS, ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
@@ -51,14 +51,19 @@ RECORD_MORE = (
     "Use the re-calibrated machine file for what these records show; to know those bearings better, record speeds at "
     "which they move more, nearer to a critical speed."
 )
-RECORD_SPEEDS = (
-    "Use the re-calibrated machine file at this speed. Record three more speeds and diagnose again: at one speed a "
-    "force that grows with it is as stiffness and damping."
-)
-RECORD_HALF = (
-    "Use the re-calibrated machine file for motions as large as these. Record the same points with half the excitation "
-    "and diagnose again: at one amplitude dry friction, a dead zone or a rub are as stiffness and damping."
-)
+RECORD_ALSO = {
+    ONE_SPEED_ALONE: (
+        "at this speed",
+        f"Record {FEWEST_POINTS - 1} more speeds and diagnose again: a force that grows with the speed cannot be "
+        "distinguished from stiffness and damping at one speed.",
+    ),
+    ONE_EXCITATION: (
+        "for motions as large as these",
+        "Record the same points with half the excitation and diagnose again: dry friction, a dead zone or a rub cannot "
+        "be distinguished from stiffness and damping at one amplitude.",
+    ),
+}
+"""What a machine file that agrees with the records may be used for, and what to record next, by notes on records."""
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
 Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
@@ -345,10 +350,10 @@ class Diagnosis(Shown, Findings, Reported):
         step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
         if self.status == "no_disagreement" and self._open:
             step = RECORD_MORE
-        elif self.status == "no_disagreement" and ONE_SPEED_ALONE in self.notes and not self.left:
-            step = RECORD_SPEEDS
-        elif self.status == "no_disagreement" and ONE_EXCITATION in self.notes and not self.left:
-            step = RECORD_HALF
+        elif self.status == "no_disagreement" and not self.left:
+            limited = [own for note, own in RECORD_ALSO.items() if note in self.notes]
+            use = " and ".join(only for only, _ in limited)
+            step = " ".join([f"Use the re-calibrated machine file {use}.", *(r for _, r in limited)]) if use else step
         if self.planned is not None:
             return f"{self.planned.sentence} {step}"
         return f"{step} {PLAN_NEXT}" if self.unplanned else step

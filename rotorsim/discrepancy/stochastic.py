@@ -281,8 +281,8 @@ def by_chance(force: StochasticForce, seen: ObservedPlaces) -> np.ndarray:
 def repeating(comparison: TwinComparison, residual: np.ndarray, chance: np.ndarray | float = 0.0) -> list[Misfit]:
     """Groups of lines beyond the floor in the mean of the records that repeat each other: a gap that repeats.
 
-    The floor has the standard deviations `chance` (n,) [m] of a random force and of a drift too. Not those groups whose
-    records differ by more than the floor and, over all records, by as much as their mean is off.
+    The floor has the standard deviations `chance` (n,) [m] of a random force too. Not those groups whose records differ
+    by more than the floor and, over all records, by as much as their mean is off.
     """
     residual = residual * comparison.sigma / np.hypot(comparison.sigma, chance)
     record, mean, spread = comparison.layout.record, residual.copy(), np.zeros(len(residual))
@@ -352,7 +352,7 @@ class NotRepeated:
     @cached_property
     def drift(self) -> tuple[str, StochasticForce, np.ndarray] | None:
         """Beginning of the keys of the part that drifts, the drift, which is more than the force makes by chance, and
-        standard deviations (n,) [m] that it gives the means of records that repeat each other.
+        the changes of the part's numbers.
 
         Without chance there is more of it: where it is none then the force need not be known.
         """
@@ -364,9 +364,12 @@ class NotRepeated:
             return None
 
     @property
-    def of_means(self) -> np.ndarray:
-        """Standard deviations (n,) [m] that force and drift give the means of records that repeat each other."""
-        return self.chance if self.drift is None else np.hypot(self.chance, self.drift[2])
+    def repeating(self) -> list[Misfit]:
+        """Groups of lines whose gap repeats, next to the force and to a drift."""
+        left, comparison = self.fit.residual, self.seen.comparison
+        if self.drift is not None:
+            left = without_drift(comparison, self.fit, self.drift, self.chance)
+        return repeating(comparison, left, self.chance)
 
     @property
     def found(self) -> tuple[StochasticForce, ...]:
@@ -383,11 +386,10 @@ def drift(
 ) -> tuple[str, StochasticForce, np.ndarray] | None:  # fmt: skip
     """The part of the machine, by its keys, whose numbers have changed between records that repeat each other.
 
-    None for none. With standard deviations (n,) [m] that such changes, each number's by itself, give the means of these
-    records: of two that happen to be alike they are off all the same. What a fit leaves of their means differs by the
-    scatter between blocks, and by the standard deviations `chance` (n,) [m] of a random force. Only records that begin
-    at one angle of the shaft are compared: at another one what is missing in the model turns with it, as if it had
-    changed.
+    None for none. With the changes (k, pairs) of the part's k numbers, whose outer products add up to the covariance of
+    these numbers in a record. What a fit leaves of the records' means differs by the scatter between blocks, and by the
+    standard deviations `chance` (n,) [m] of a random force. Only records that begin at one angle of the shaft are
+    compared: at another one what is missing in the model turns with it, as if it had changed.
     """
     trials, own, same = comparison.trials, BlockDeviations.of(comparison.trials), comparison.repeated
     pairs = [(i, j) for i, j in combinations(range(len(trials)), 2) if same[i] == same[j]]
@@ -434,10 +436,26 @@ def drift(
     sd = float(np.sqrt(step**2 @ own_variance) / len(step) / size)
     what = next((word for end, word in CHANGES.items() if end in key), key)
     place = part_name(comparison.twin, part)
-    repeats = np.array([same.count(one) for one in same])[layout.record]
-    off = np.abs(fit.J[:, columns_of]) @ np.diag(np.sqrt(np.mean(changed**2, axis=0) / 2))
-    of_means = np.linalg.norm(off, axis=1) * comparison.sigma / np.sqrt(repeats)
-    return part, StochasticForce("drift", place, others, (size, size), (sd, sd), "", gain, what=what), of_means
+    changes = changed.T / np.sqrt(2 * len(changed))
+    return part, StochasticForce("drift", place, others, (size, size), (sd, sd), "", gain, what=what), changes
+
+
+def without_drift(
+    comparison: TwinComparison, fit: ParameterFit, found: tuple[str, StochasticForce, np.ndarray], chance: np.ndarray
+) -> np.ndarray:
+    """Whitened residual (n,) of a fit without what the drift that was `found` makes of each record, at its likeliest.
+
+    One number that drifts moves all lines of a record together: no scatter of single lines stands for it. The random
+    force's standard deviations `chance` (n,) [m] weigh the lines too.
+    """
+    part, _, changes = found
+    left, weight = fit.residual.copy(), comparison.sigma / np.hypot(comparison.sigma, chance)
+    for i in np.unique(comparison.layout.record):
+        own = comparison.layout.record == i
+        A = fit.J[np.ix_(own, _parts(fit)[part])] @ changes
+        wanted = np.concatenate([weight[own] * left[own], np.zeros(changes.shape[1])])
+        left[own] -= A @ answer(np.linalg.lstsq, np.vstack([weight[own, None] * A, np.eye(len(A.T))]), wanted)[0]
+    return left
 
 
 def fall_next_to_drift(seen: ObservedPlaces, fit: ParameterFit, part: str, columns: np.ndarray) -> float:

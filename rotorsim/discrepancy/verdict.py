@@ -38,7 +38,6 @@ from rotorsim.discrepancy.evidence import (
 )
 from rotorsim.discrepancy.fit import ParameterFit, strained
 from rotorsim.discrepancy.hypotheses import (
-    A_FIFTH,
     CLEAR,
     ENOUGH,
     TIE,
@@ -55,6 +54,8 @@ MORE = 100.0
 """Flagged excess that explanations may leave before an additional effect is searched for."""
 TIE_LEAST = 16.0
 """Difference of two rivals' sums of squares below which they are always tied."""
+A_FIFTH = 0.2
+"""Share of the flagged excess that a partial explanation takes at least."""
 ANOTHER = 0.05
 """Share of the flagged misfit that a further effect must take."""
 BEYOND = "something that is not in the catalogue"
@@ -108,7 +109,7 @@ def judge(search: EffectSearch) -> SearchVerdict:
     tried: list[Hypothesis] = []
     flagged, hopeless = search.base_excess > 0, search.most_gone < A_FIFTH
     for size in range(1, (MOST_EFFECTS if flagged and not hopeless else 1) + 1):
-        found = search.singles() if hopeless else search.best_singles() if size == 1 else search.best_sets(size, tried)
+        found = search.singles() if hopeless else search.best_singles() if size == 1 else search.best_sets(size)
         tried += found
         # not where some of its effects alone fit the records as well
         good = [

@@ -176,7 +176,14 @@ STEPS = {
     "accuracy": (COARSE, "Nothing states"),
     "one speed": (
         small_diagnosis(status="no_disagreement", effects=[], notes=(ONE_SPEED_ALONE, ONE_EXCITATION)),
-        "Use the re-calibrated machine file at this speed. Record three more speeds",
+        "Use the re-calibrated machine file at this speed and for motions as large as these. Record 3 more speeds and "
+        "diagnose again: a force that grows with the speed cannot be distinguished from stiffness and damping at one "
+        "speed. "
+        "Record the same points with half the excitation",
+    ),
+    "other groups left": (
+        small_diagnosis(status="no_disagreement", effects=[], notes=(ONE_SPEED_ALONE, ONE_EXCITATION), left=1),
+        "Record the points that the notes name again",
     ),
     "one amplitude": (
         small_diagnosis(status="no_disagreement", effects=[], notes=(ONE_EXCITATION,)),
