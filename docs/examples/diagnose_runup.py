@@ -1,7 +1,7 @@
 """A measured run-up, diagnosed
 
 1X of a rotor kit, one probe and a sweep of 229 rpm/s. Supports, unbalance and shaft of the machine are re-calibrated
-with the same sweep, and what is still missing is looked for: a bow of the shaft, which an equal runout resembles.
+with the same sweep, and what is still missing is looked for: a runout, which an equal bow of the shaft resembles.
 """
 
 from pathlib import Path
@@ -29,7 +29,7 @@ parts = [part for role in found.spectra.values() for part in role]  # rows to fi
 speed = np.concatenate([part["speeds"] for part in parts]) * 30 / np.pi
 order = np.argsort(speed)
 curves = {"measured": np.concatenate([part["measured_vectors"][0, 0] for part in parts])}
-for stage, name in enumerate(("machine file as given", "re-calibrated", "with a bow")):
+for stage, name in enumerate(("machine file as given", "re-calibrated", "with a runout")):
     curves[name] = np.concatenate([part["simulated_vectors"][stage][0, 0] for part in parts])
 
 figure, (top, bottom) = plt.subplots(2, 1, figsize=(8, 6), sharex=True)
