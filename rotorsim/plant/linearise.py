@@ -294,9 +294,9 @@ class LinearPlant(Shown):
         delays, static = np.zeros(2), self.response.factors(np.zeros(1)).solve(pins)
         for axis in range(2):
             omega = float(self.wn[self.mode_of_axis(axis)])
-            moving = self.response.factors(np.array([1j * omega])).solve(pins[:, [axis]])[:, 0]
+            moving = self.response.factors(np.array([1j * omega])).solve(pins[:, [axis]])
             force = self.film.F_y[axis]
-            delays[axis] = -np.angle((force @ moving) / (force @ static[:, axis])) / omega
+            delays[axis] = -np.angle((force @ moving / (force @ static[:, [axis]])).item()) / omega
         return delays
 
     def mode_of_axis(self, axis: int) -> int:
