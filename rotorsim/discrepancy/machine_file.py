@@ -29,6 +29,8 @@ from rotorsim.machine.file_text import comment, inline
 from rotorsim.plant.locations import place_at
 from rotorsim.plant.mesh import Mesh
 
+CLEAR_RATIO = 1.05
+"""Ratio of a calibrated value and the file's from which on it is stated: what rounds to 1 states nothing."""
 UNBALANCE = "unbalance."
 """Beginning of the calibration's keys of the parts of unbalances."""
 CLOCK = "clock of "
@@ -143,7 +145,8 @@ class RecalibratedValue:
         file = f"the file has {_rough(self.before, self.unit, 3)}" if self.before else "the file has none"
         words = WORDS_OF_CHANGE.get(self.key.rpartition(".")[2][:1] if self.key.startswith("bearing.") else "", CHANGED)
         ratio = self.value / self.before if self.before else nan
-        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if ratio > 0 and self.unit != "rad" else ""
+        clear = ratio > 0 and self.unit != "rad" and max(ratio, 1 / ratio) >= CLEAR_RATIO
+        more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if clear else ""
         return f"{self.place} is {size}, {file}{more}"
 
 

@@ -152,8 +152,8 @@ def track(
 ) -> np.ndarray:  # fmt: skip
     """Complex amplitudes (1, 2, 1 + orders x rows) [m, 0-pk], phase lag negative, by least squares over `turns`.
 
-    `speed` (n,) [rad/s] are inputs, which the shaft reaches at a straight ramp where their sample ends: the reading of a
-    sample has the speed before. Angles of steps in place of ramps lag by half a sample of the speed gained.
+    `speed` (n,) [rad/s] are inputs, which the shaft reaches by a straight ramp where their sample ends: the reading of
+    a sample has the speed before. Angles of steps in place of ramps lag by half a sample of the speed gained.
     """
     speed = np.concatenate([speed[:1], speed[:-1]])
     turned = angle + cumulative_trapezoid(speed, dx=RIG_SAMPLE, initial=0.0)

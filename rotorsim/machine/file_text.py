@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from tomlkit.items import InlineTable
+from tomlkit.items import InlineTable, Table
 
 from rotorsim.base.display import did_you_mean, quote
 from rotorsim.base.errors import MachineFileError
@@ -339,10 +339,22 @@ def _set(document: Any, path: str, value: Any) -> None:
         raise MachineFileError(
             f"{path}: holds several values; name the one to change{hint}", argument=path, value=value
         )
+    behind = _comments_at_the_end(table) if held is None else []
     try:
         table[keys[-1]] = _plain(value)
     except ValueError as error:  # tomlkit's answer to what TOML cannot express
         raise MachineFileError(f"{path}: {quote(value)} is not a valid value; write text with a unit") from error
+    for line in behind:
+        table.add(line)
+
+
+def _comments_at_the_end(table: Any) -> list[Any]:
+    """Comments and empty lines taken off the end of a table, where a block to be switched on may stand: a new value
+    goes before them."""
+    body, taken = table.value.body if isinstance(table, Table) else [], list[Any]()
+    while body and body[-1][0] is None:
+        taken.insert(0, body.pop()[1])
+    return taken
 
 
 def _first(held: Any) -> str:

@@ -159,8 +159,11 @@ def settle(a: Assembly, speed: float, pressure: float, near: np.ndarray | None =
     if status == NO_LIFT_OFF:
         loads = np.hypot(*w[a.rotor.static_rhs :][: 2 * len(a.films)].reshape(-1, 2).T)
         remedy = "raise the injection pressure" if a.film.n_inj else "start at a higher speed"
+        if not a.film.n_inj and speed == 0:
+            remedy += "; from rest it starts on its sleeve, which needs [effects.contact] with a stiffness"
+        fed = f"{pressure / MPA:.3g} MPa gauge and " if a.machine.fed else ""
         raise NoLiftOffError(
-            f"no lift-off: at {pressure / MPA:.3g} MPa gauge and {speed * TO_RPM:.0f} rpm the film does not carry "
+            f"no lift-off: at {fed}{speed * TO_RPM:.0f} rpm the film does not carry "
             f"the {sum(loads):.1f} N on it; {_remedy(a.machine, loads) or remedy}"
         )
     if status == RESTLESS:

@@ -185,3 +185,9 @@ def test_a_value_that_is_replaced_on_its_line_gives_the_bytes_of_an_edit_of_the_
         held[last] = new
         assert with_value(text, path, new) == tomlkit.dumps(document), path
     assert len(written) > 8
+
+
+def test_a_new_value_stands_before_the_block_to_be_switched_on_that_follows_its_table():
+    text = '[[bearings]]\nkxx = "1 N/m"\n\n#[drive]\n#power = "1 kW"\n\n[shaft]\nstart = "0 m"\n'
+    found = with_value(text, "bearings.0.kyy", "2 N/m")
+    assert found == text.replace('kxx = "1 N/m"\n', 'kxx = "1 N/m"\nkyy = "2 N/m"\n')
