@@ -241,7 +241,10 @@ def carried(modes: Modes, pencil: Pencil) -> Modes | None:
 
 
 def through(
-    first: NDArray[np.complex128], last: NDArray[np.complex128], chosen: NDArray[np.intp], known: Any = None
+    first: NDArray[np.complex128],
+    last: NDArray[np.complex128],
+    chosen: NDArray[np.intp],
+    known: tuple[NDArray[Any], NDArray[Any]] | None = None,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]] | None:
     """Eigenvalues and vectors of a small matrix, as those of another one become them; None where that is not certain.
 

@@ -82,8 +82,10 @@ def _state_matrix(pencil: Pencil, S: Vector) -> Vector:
 
 @lru_cache(maxsize=8)
 def _unit(size: int) -> Vector:
-    """Unit matrix; not to be written into."""
-    return np.eye(size)
+    """Unit matrix, which cannot be written into."""
+    unit = np.eye(size)
+    unit.flags.writeable = False
+    return unit
 
 
 def _diagonal(S: Vector) -> bool:
@@ -221,10 +223,10 @@ def tracked(pencil: Pencil, guess: Modes) -> tuple[Modes, list[int]]:
             found = np.sum(y.conj() * pencil.times_J(x), axis=0) / size
             done[waiting] |= np.abs(found - values[waiting]) < SETTLED * np.abs(found)
             right[:, waiting], left[:, waiting], values[waiting] = x, y / size.conj(), found
-            left_it = ~(np.abs(found - shifts) < SHIFT_STAYS * np.abs(found))
-            if (done[waiting] | left_it).all():
+            moved_on = ~(np.abs(found - shifts) < SHIFT_STAYS * np.abs(found))
+            if (done[waiting] | moved_on).all():
                 break
-        waiting = waiting[left_it & ~done[waiting] & np.isfinite(found)]
+        waiting = waiting[moved_on & ~done[waiting] & np.isfinite(found)]
         if not len(waiting):
             break
     return Modes(values, right, left).take(done), np.flatnonzero(~done).tolist()
@@ -281,7 +283,7 @@ BENT = 4.0
 """Change of its derivative times a step below which the step is certain: a root within the step makes it 4 or more."""
 SPLITS = 400
 """Steps a side of the region after which the count is given up."""
-BELOW = np.array([0.0, 0.6, 1.2, 2.0, 3.5])
+FIRST_ENDS = np.array([0.0, 0.6, 1.2, 2.0, 3.5])
 """Logarithms of the reach over the modulus between which the first steps along the limit of damping lie."""
 
 
@@ -393,7 +395,7 @@ def mean_missing(known: Modes, region: Region) -> list[complex]:
     The sums of the missing eigenvalues and of their squares are real: each counts with its partner.
     """
     assert known.quotient is not None
-    number, first, second = _turned(region, known.quotient.log)
+    number, first, second = _moments(region, known.quotient.log)
     mean = first / number + 1j * np.sqrt(np.maximum((first / number) ** 2 - second / number, 0.0))
     return [complex(mean)] if region.wider.holds(mean) else []
 
@@ -416,7 +418,7 @@ def missing_in(region: Region, g: Quotient) -> float:
 
     A region of every damping ratio is the whole disc.
     """
-    turned = _turned(region, g.log)[0] / np.pi
+    turned = _moments(region, g.log)[0] / np.pi
     return abs(float(np.round(turned))) if abs(turned - np.round(turned)) < 0.05 else float("nan")
 
 
@@ -424,12 +426,12 @@ def _sides(region: Region) -> list[Side]:
     """Upper half of the border, from the real axis to the real axis: the other half is its mirror image."""
     end = np.pi - np.arccos(region.zeta)
     tilt, depth = np.exp(1j * end), np.log(region.reach / region.floor)
-    arc = np.linspace(0.0, 1.0, 3)
+    arc, ends = np.linspace(0.0, 1.0, 3), FIRST_ENDS
     if region.zeta >= 1:
         return [(lambda t: region.reach * np.exp(1j * end * t), 1j * end, arc)]
     return [
         (lambda t: region.reach * np.exp(1j * end * t), 1j * end, arc),
-        (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, np.append(BELOW[depth > BELOW] / depth, 1.0)),
+        (lambda t: region.reach * np.exp(-depth * t) * tilt, -depth, np.append(ends[depth > ends] / depth, 1.0)),
         (lambda t: region.floor * np.exp(1j * end * (1 - t)), -1j * end, arc[::2]),
     ]
 
@@ -442,7 +444,7 @@ def _wrapped(change: Vector) -> Vector:
 Side = tuple[Callable[[Any], Any], complex, Vector]
 
 
-def _turned(region: Region, log: Callable[[Vector], Vector]) -> Vector:
+def _moments(region: Region, log: Callable[[Vector], Vector]) -> Vector:
     """Change of the phase of a logarithm along half the border, and of its moments with s and s^2; NaN where open.
 
     A side is a path over 0 <= t <= 1, its rate in ds/dt = rate s and its first steps. Steps are halved until modulus

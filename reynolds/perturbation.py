@@ -314,7 +314,10 @@ def _ring_pattern(layout: Layout) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rows, columns, places = (np.concatenate([np.ravel(e[part]) for e in entries]) for part in range(3))
     order = np.lexsort((rows, columns))
     starts = np.append(0, np.cumsum(np.bincount(columns, minlength=nt * nr + layout.n_inj)))
-    return places[order], rows[order].astype(np.int32), starts.astype(np.int32)
+    pattern = places[order], rows[order].astype(np.int32), starts.astype(np.int32)
+    for one in pattern:
+        one.flags.writeable = False  # every film's matrix has these
+    return pattern
 
 
 def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index: np.ndarray, ring: Any) -> Any:

@@ -26,13 +26,13 @@ from rotorsim.machine.file_text import (
     entries,
     parse,
     read_text,
+    tables_of,
     value_at,
     with_copy,
     with_table,
     with_value,
     with_values,
     without,
-    written,
 )
 from rotorsim.machine.rotor_import import points_of
 from rotorsim.machine.schema import Machine, leaves
@@ -215,8 +215,8 @@ class Design:
 
     @property
     def tables(self) -> dict[str, Any]:
-        """The tables of the text, as they are written; not to be changed."""
-        return written(self.text)
+        """The tables of the text, as they are written."""
+        return tables_of(self.text)
 
     @property
     def saved(self) -> bool:
@@ -353,7 +353,7 @@ def unit_of(written: Any, declared: Quantity) -> str:
 
 
 @lru_cache(maxsize=8)
-def machine_of(text: str) -> Machine:
+def machine_from(text: str) -> Machine:
     """The machine of a text, which the desk asks for again and again; raises MachineFileError."""
     return Machine.from_text(text)
 
@@ -361,7 +361,7 @@ def machine_of(text: str) -> Machine:
 def _read(text: str) -> tuple[Machine | None, tuple[str, ...]]:
     """The machine of a text, or None and its problems."""
     try:
-        return machine_of(text), ()
+        return machine_from(text), ()
     except MachineFileError as error:
         return None, error.problems
 

@@ -14,7 +14,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -36,7 +36,7 @@ from rotorsim.desk.design import (
     Design,
     FileChangedError,
     RefusedError,
-    machine_of,
+    machine_from,
     open_design,
     unsaved_edits,
 )
@@ -259,7 +259,7 @@ def _plain_view(machine: Machine) -> dict[str, Any]:
 @lru_cache(maxsize=4)
 def case_of(text: str, point: DeskPoint) -> DesignCase:
     """The case of a text; panels of one text share its results."""
-    return DesignCase(machine_of(text), point)
+    return DesignCase(machine_from(text), point)
 
 
 def answer_of(text: str, point: DeskPoint, name: str) -> dict[str, Any]:
@@ -319,7 +319,7 @@ class PanelStream:
         number = self.wanted.get(window, (0, "", point))[0] + 1
         asked = [(design.text, machine, names)]
         if of_kept and design.kept not in ("", design.text):
-            asked.append((design.kept, machine_of(design.kept), list(of_kept)))
+            asked.append((design.kept, machine_from(design.kept), list(of_kept)))
         self.wanted[window] = number, design.text, point
         self._end_unwanted()
         try:
@@ -388,11 +388,14 @@ class PanelStream:
 
     def _call(self, function: Callable[..., Any], *arguments: Any) -> Any:
         """Result of a function by the child, which is begun where there is none."""
-        if self._child is None or not self._child.alive:
-            self._child = Child()
+        new = self._child is None or not self._child.alive
+        child = self._child = Child() if new else self._child
+        assert child is not None
         if self._closed:  # asked after `close` can see the child
-            self._child.kill()
-        return self._child.call(function, *arguments)
+            child.kill()
+        if new:
+            child.call(keep_imports)
+        return child.call(function, *arguments)
 
     def _end_unwanted(self) -> None:
         """End the child where it computes what no window waits for."""
@@ -543,16 +546,17 @@ def serve_desk(
     >>> import rotorsim as rs
     >>> rs.desk.serve_desk("plain_rotor")  # doctest: +SKIP
     """
-    desk, answers = make_desk(machine, Path(folder)), PanelStream()
-    gc.collect()
-    gc.freeze()  # what is imported stays: a look through all of it, now and then, would take longer than an answer
-
-    def end() -> None:
-        answers.close()
-        desk.close()
-
-    pages.on_shutdown(end)  # before the server waits for its threads, which wait for these processes
-    try:
+    with ExitStack() as end:
+        end.callback(gc.unfreeze)
+        keep_imports()
+        desk, answers = make_desk(machine, Path(folder)), PanelStream()
+        end.callback(desk.close)
+        end.callback(answers.close)
+        pages.on_shutdown(end.close)  # before the server waits for its threads, which wait for these processes
         serve(application(desk, answers), port, announce, browser, keep_open, name="rotorsim desk")
-    finally:
-        end()
+
+
+def keep_imports() -> None:
+    """Leave what is imported out of the collector's looks, each of which would take longer than an answer."""
+    gc.collect()
+    gc.freeze()

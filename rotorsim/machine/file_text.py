@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, MutableMapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from numbers import Integral, Real
@@ -56,10 +57,12 @@ def parse(text: str) -> dict[str, Any]:
         raise MachineFileError(f"not a TOML file: {str(error)[:200]}; correct that line") from error
 
 
-@lru_cache(maxsize=8)
-def written(text: str) -> dict[str, Any]:
-    """Tables of a TOML text, kept; not to be changed."""
-    return parse(text)
+def tables_of(text: str) -> dict[str, Any]:
+    """Tables of a TOML text as of `parse`: a copy of those that are kept, at a tenth of the time."""
+    return deepcopy(_parsed(text))
+
+
+_parsed = lru_cache(maxsize=8)(parse)
 
 
 def value_at(tables: Any, path: str) -> Any:
@@ -258,7 +261,7 @@ def _replaced(text: str, path: str, value: Any) -> str:
     It is ten times as quick as to parse the text with its comments, and the tables that it reads as are compared.
     """
     above, _, last = path.rpartition(".")
-    value, old = _plain(value), None if ANY in path else value_at(written(text), path)
+    value, old = _plain(value), None if ANY in path else value_at(tables_of(text), path)
     if not above or type(value) is not type(old) or not isinstance(value, (str, float)) or not str(value).isprintable():
         return ""
     lines = text.splitlines(keepends=True)
@@ -270,7 +273,7 @@ def _replaced(text: str, path: str, value: Any) -> str:
         return ""
     k, place = found[0]
     lines[k] = place[1] + tomlkit.item(value).as_string() + lines[k][place.end() :]
-    shorter, expected = "".join(lines), parse(text)
+    shorter, expected = "".join(lines), tables_of(text)
     held = _descend(expected, above.split("."), path)
     held[last] = value
     return shorter if _reads(shorter, expected) else ""

@@ -199,23 +199,17 @@ class FilmResponse:
         return FilmFactors(self, s)
 
     @cached_property
-    def _known(self) -> dict[float, np.ndarray]:
+    def _kept(self) -> dict[float, tuple[np.ndarray, np.ndarray]]:
         return {}
-
-    def stiffness(self, omega: float) -> np.ndarray:
-        """Z (q, q) [N/m] at the whirl frequency omega [rad/s], kept."""
-        if omega not in self._known:
-            self._known[omega] = self.factors(np.array([1j * omega])).Z[0]
-        return self._known[omega]
 
     def coefficients(self, omega: float) -> tuple[np.ndarray, np.ndarray]:
         """K [N/m] and C [N s/m] (q, q) at the whirl frequency omega [rad/s]; C at 0 is the limit."""
-        if omega:
-            Z = self.stiffness(omega)
-            return Z.real.copy(), Z.imag / omega
-        film, held = self.film, self.factors(np.zeros(1))
-        rest = held.solve(film.S_X - film.S[:, None] * held.solve(film.J_X))
-        return held.Z[0].real, (film.F_y @ rest).real
+        if omega not in self._kept:
+            film, held = self.film, self.factors(np.array([1j * omega if omega else 0.0]))
+            rest = np.zeros(0) if omega else held.solve(film.S_X - film.S[:, None] * held.solve(film.J_X))
+            self._kept[omega] = held.Z[0].real, held.Z[0].imag / omega if omega else (film.F_y @ rest).real
+        K, C = self._kept[omega]
+        return K.copy(), C.copy()
 
 
 @dataclass(frozen=True, eq=False)

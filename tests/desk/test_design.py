@@ -1,6 +1,7 @@
 """Design: edits that keep every other byte, are refused with the sentence of the value, and are undone to the byte."""
 
 import asyncio
+import gc
 import os
 import signal
 import subprocess
@@ -22,7 +23,7 @@ from code_blocks import ROOT, blocks_of
 from random_edits import edits
 from rotorsim.base.errors import MachineFileError, NotCarried
 from rotorsim.base.files import WriteError
-from rotorsim.desk import Design, open_design
+from rotorsim.desk import Design, open_design, server
 from rotorsim.desk.design import NEW, FileChangedError, RefusedError, unsaved_edits
 from rotorsim.desk.panels import FIRST, PANELS, DeskPoint
 from rotorsim.desk.parts import listed, problem_fields
@@ -590,3 +591,27 @@ def test_forty_minutes_of_edits_lose_none_and_are_all_undone(tmp_path):
     while design.before:
         design.undo()
     assert design.text == begun
+
+
+def test_what_is_imported_is_the_collectors_again_behind_the_desk(tmp_path, monkeypatch):
+    """Behind a desk that cannot begin too; the child that computes films leaves its imports out as well."""
+    frozen = []
+    monkeypatch.setattr(server, "application", lambda *_: None)
+    monkeypatch.setattr(server.pages, "on_shutdown", lambda _: None)
+    monkeypatch.setattr(server, "serve", lambda *_, **__: frozen.append(gc.get_freeze_count()))
+    server.serve_desk("plain_rotor", tmp_path)
+    assert frozen[0] > 1000 and gc.get_freeze_count() == 0
+    with pytest.raises(MachineFileError):
+        server.serve_desk("no_such_machine", tmp_path)
+    assert gc.get_freeze_count() == 0
+    answers = PanelStream()
+    try:
+        assert answers._call(gc.get_freeze_count) > 1000
+    finally:
+        answers.close()
+
+
+def test_the_tables_of_a_design_are_its_own(tmp_path):
+    design = open_design("plain_rotor", tmp_path)
+    design.tables["bearings"][0]["kxx"] = "changed"
+    assert design.tables["bearings"][0]["kxx"] != "changed"
