@@ -63,7 +63,7 @@ RECORD_ALSO = {
         "be distinguished from stiffness and damping at one amplitude.",
     ),
 }
-"""What a machine file that agrees with the records may be used for, and what to record next, by notes on records."""
+"""Limits within which a machine file that agrees holds, and sentences on what to record next, by notes on records."""
 EXCLUDED = 0.01
 """Probability below which an explanation counts as excluded."""
 Planner = Callable[[Iterable[str], float, float], "ExperimentPlan"]
