@@ -25,7 +25,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from reynolds.jit import kernel
+from reynolds.jit import inlined, kernel
 from reynolds.perturbation import LinearFilm
 
 TOGETHER, LANES = 16, 4
@@ -64,13 +64,19 @@ def _eliminate(starts, columns, diagonal, base, slope, place, count, s, re, im, 
                 pivots[i, b] = complex(re[diagonal[i], b], im[diagonal[i], b])
 
 
+@inlined
+def _over(x, pivot):
+    """x / pivot, NaN for a pivot of 0: a frequency at a cell's own decay has no factors."""
+    return x / pivot if pivot != 0.0 else complex(np.nan, np.nan)
+
+
 def _substitute(starts, columns, diagonal, re, im, pivots, adjoint, x):
     """A^-1 x in place of x (count, k), with `adjoint` A^-H x, by the factors that `_eliminate` leaves."""
     count, width = x.shape
     if adjoint:
         for i in range(count):
             for b in range(width):
-                x[i, b] /= pivots[i, b].conjugate()
+                x[i, b] = _over(x[i, b], pivots[i, b].conjugate())
             for f in range(diagonal[i] + 1, starts[i + 1]):
                 j = columns[f]
                 if j >= count:
@@ -94,7 +100,7 @@ def _substitute(starts, columns, diagonal, re, im, pivots, adjoint, x):
                 for b in range(width):
                     x[i, b] -= complex(re[f, b], im[f, b]) * x[j, b]
             for b in range(width):
-                x[i, b] /= pivots[i, b]
+                x[i, b] = _over(x[i, b], pivots[i, b])
 
 
 @cache

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 import rotorsim as rs
+from reynolds.perturbation import LinearFilm
+from rotorsim.plant.film_response import FilmResponse
 
 
 @pytest.fixture(scope="module")
@@ -35,3 +38,14 @@ def test_the_moment_shifts_a_mode_by_what_its_work_on_the_tilt_of_the_mode_is(mo
     shift = -(left.conj() @ T.T @ Z @ T @ q) / (left.conj() @ slope @ q)
     assert full.eigenvalues[0] - s == pytest.approx(shift, rel=0.05)
     assert full.wn[0] > plain.wn[0]
+
+
+@pytest.mark.parametrize("adjoint", [False, True])
+def test_a_film_at_the_decay_of_one_of_its_cells_has_no_factors_there_and_keeps_them_elsewhere(adjoint):
+    J = sparse.csc_matrix([[2.0, 0.5, 0.0], [0.5, 2.0, 0.0], [0.0, 0.0, 2.0]])
+    moved = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
+    film = LinearFilm(np.ones(3), J, moved, 0 * moved, moved[:, :1], moved.T)
+    found = FilmResponse(film).factors(np.array([-2.0, 1j])).solve(np.ones((3, 2)), adjoint)
+    assert not np.isfinite(found[:, 0]).any()
+    s = -1j if adjoint else 1j
+    assert found[:, 1] == pytest.approx(np.linalg.solve(J.toarray() + s * np.eye(3), np.ones(3)))
