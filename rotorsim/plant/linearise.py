@@ -269,16 +269,18 @@ class LinearPlant(Shown):
     def roundness(self, values: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """Roundness (k,) of the orbits of modes (n, k) at the disc, positive where they turn as the shaft does.
 
-        It is 0 where an eigenvalue (k,) is there twice, as at rest: every orbit in the plane is a mode then. And where
-        the disc stands still up to rounding, in a node of the mode.
+        It is 0 where an eigenvalue (k,) is there twice, as at rest: every orbit in the plane is a mode then. Where the
+        disc stands still up to rounding, in a node of the mode, it is that of the whole shaft, weighted by its mass.
         """
         # x = Re(X exp(st)): the orbit turns from x to y when y lags x, Im(conj(X) Y) < 0
         m = len(self.rotor.stiffness)
         x, y = self.H @ vectors
-        size = np.abs(x) ** 2 + np.abs(y) ** 2
-        still = size <= STILL**2 * np.sum(self.H**2) * np.sum(np.abs(vectors[-2 * m : -m]) ** 2, axis=0)
-        found = -2 * np.imag(np.conj(x) * y) / np.where(still, 1.0, size)
-        return np.where(repeated(values) | still, 0.0, found if self.speed >= 0 else -found)
+        along, across = vectors[-2 * m : -m].reshape(2, m // 2, -1)  # the shaft's modes in one plane and in the other
+        size, whole = np.abs(x) ** 2 + np.abs(y) ** 2, np.sum(np.abs(along) ** 2 + np.abs(across) ** 2, axis=0)
+        still = size <= STILL**2 * np.sum(self.H**2) * whole
+        area = np.where(still, np.sum(np.conj(along) * across, axis=0).imag, np.imag(np.conj(x) * y))
+        found = -2 * area / np.where(still, whole, size)
+        return np.where(repeated(values), 0.0, found if self.speed >= 0 else -found)
 
     @cached_property
     def static_gain(self) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rotorsim.discrepancy import diagnose, hide, hypotheses
-from rotorsim.discrepancy.calibration import LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
+from rotorsim.discrepancy.calibration import LOSS_LIMITS, LOSS_SD, MESH, FitParameter, ParameterPoint
 from rotorsim.discrepancy.candidates import Form, candidates
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit, strained
@@ -243,11 +243,16 @@ def test_a_bearing_that_has_lost_its_damping_is_far_off_the_file(axis, value, na
     assert strained(fit) == ([loss.name] if named else [])
 
 
+@pytest.mark.parametrize(("value", "names"), [(0.33, []), (1.0, []), (-1.6, ["mesh"]), (5.2, ["mesh"])])
+def test_more_of_the_solvers_error_than_all_of_it_once_more_is_not_believed(value, names):
+    fit = ParameterFit((MESH,), ParameterPoint({MESH: value}), ONES, np.ones((4, 1)), 4.0)
+    assert strained(fit) == names
+
+
 def test_what_shifts_the_data_alone_says_nothing_of_the_machine():
-    mesh, trend = FitParameter("mesh", 1.0, 0.5), FitParameter("gain", 0.1, 1.0, trend="speed")
-    assert (
-        strained(ParameterFit((mesh, trend), ParameterPoint({mesh: 9.0, trend: 9.0}), ONES, np.ones((4, 2)), 4.0)) == []
-    )
+    zero, trend = FitParameter("offset_x", 1e-7, 5e-5), FitParameter("gain", 0.1, 1.0, trend="speed")
+    point = ParameterPoint({zero: 1.0, trend: 9.0})
+    assert strained(ParameterFit((zero, trend), point, ONES, np.ones((4, 2)), 4.0)) == []
 
 
 @pytest.mark.parametrize(("left", "form_error"), [(0.015, True), (0.03, False)])
