@@ -36,7 +36,11 @@ def other(kind):
     """A plain rotor; the rig with ideal pins; the rig as a plain journal bearing."""
     if kind == "plain":
         return load_machine("plain_rotor")
-    text = without(machine_text("dtu_gas_bearing"), *ACTUATORS, *(("injectors", "injection") if kind == "film" else ()))
+    text = without(
+        machine_text("dtu_gas_bearing"),
+        *ACTUATORS,
+        *(("injectors", "injection", "effects.pin_sensor") if kind == "film" else ()),
+    )
     machine = Machine.from_text(text)
     for path, value in NUMERICS.items():
         machine = machine.replace(path, value)
