@@ -316,7 +316,7 @@ def whirl(
 ) -> np.ndarray:  # fmt: skip
     """Complex displacements (speeds, places, 2) [m, 0-pk] at speeds (n,) [rad/s]; the motion is Re(x exp(i speed t)).
 
-    NaN where there is no synchronous stiffness (m, m).
+    NaN at speeds whose synchronous stiffness (m, m) is None.
     """
     mesh = plant.assembly.mesh
     load = np.zeros(mesh.shape_between(mesh.probe).shape[1], complex)
@@ -329,7 +329,7 @@ def whirl(
 def driven(stiffness: Sequence[np.ndarray | None], speeds: np.ndarray, loads: np.ndarray) -> np.ndarray:
     """Modal displacements (speeds, m, k) at speeds (n,) [rad/s] under loads (m, k) times the square of the speed.
 
-    NaN where there is no synchronous stiffness (m, m).
+    NaN at speeds whose synchronous stiffness (m, m) is None.
     """
     q = np.full((len(speeds), *loads.shape), np.nan, complex)
     known = np.array([k for k, one in enumerate(stiffness) if one is not None], int)

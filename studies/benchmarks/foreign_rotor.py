@@ -83,28 +83,34 @@ class TwoDiscRig:
 
 
 @cache
-def beam() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass, gyroscopic and stiffness matrix of shaft and discs; coordinates x, y, slopes of x and y by node."""
-    h, area, inertia = LENGTH / ELEMENTS, np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
-    k = E * inertia / h**3 * np.array(
-        [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-         [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]])  # fmt: skip
+def beam(
+    length: float = LENGTH, diameter: float = DIAMETER, elements: int = ELEMENTS,
+    discs: tuple[tuple[int, float, float, float], ...] = DISCS, shear: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Mass, gyroscopic and stiffness matrix of shaft and discs; coordinates x, y, slopes of x and y by node.
+
+    `shear` is 12 E I over the shear stiffness and the square of an element's length.
+    """
+    h, area, inertia = length / elements, np.pi * diameter**2 / 4, np.pi * diameter**4 / 64
+    k = E * inertia / h**3 / (1 + shear) * np.array(
+        [[12, 6 * h, -12, 6 * h], [6 * h, (4 + shear) * h * h, -6 * h, (2 - shear) * h * h],
+         [-12, -6 * h, 12, -6 * h], [6 * h, (2 - shear) * h * h, -6 * h, (4 + shear) * h * h]])  # fmt: skip
     m = RHO * area * h / 420 * np.array(
         [[156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h],
          [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h]])  # fmt: skip
     rotary = RHO * inertia / (30 * h) * np.array(
         [[36, 3 * h, -36, 3 * h], [3 * h, 4 * h * h, -3 * h, -h * h],
          [-36, -3 * h, 36, -3 * h], [3 * h, -h * h, -3 * h, 4 * h * h]])  # fmt: skip
-    n = 4 * (ELEMENTS + 1)
+    n = 4 * (elements + 1)
     M, G, K = np.zeros((3, n, n))
-    for e in range(ELEMENTS):
+    for e in range(elements):
         x = 4 * e + np.array([0, 2, 4, 6])
         for at in (x, x + 1):
             K[np.ix_(at, at)] += k
             M[np.ix_(at, at)] += m + rotary
         G[np.ix_(x, x + 1)] += 2 * rotary
         G[np.ix_(x + 1, x)] -= 2 * rotary
-    for node, mass, polar, diametral in DISCS:
+    for node, mass, polar, diametral in discs:
         first = 4 * node
         M[first, first] += mass
         M[first + 1, first + 1] += mass

@@ -1,6 +1,6 @@
 """Records of a rotor on an independent film: finite elements for gas and shaft, small motions about the equilibrium.
 
-The film is that of `independent_film`, the shaft a beam with shear whose matrices are written out here. A plain
+The film is that of `independent_film`, the shaft the beam of `foreign_rotor` with shear. A plain
 self-acting film damps a whirl at half the speed so little that a hundredth of its cross stiffness shows.
 """
 
@@ -17,18 +17,19 @@ from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import FINE_GRID, GRID
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
+from studies.benchmarks.foreign_rotor import RHO, E, beam
 
 RATE, PERIOD, PERIODS, NOISE = 5000, 0.5, 4, 2e-9
 SPEEDS = {"fit": (40, 60, 80, 110), "held_out": (50,), "untouched": (96,)}
 """Speeds [Hz] by role."""
 LINES, FORCES = np.arange(2.0, 180.0, 4.0), (0.12, 0.06)
 """Lines [Hz] of the disc force and their amplitudes [N] in two records."""
-DIAMETER, ELEMENT, ELEMENTS, E, DENSITY = 0.04, 0.05, 8, 210e9, 7850.0
+DIAMETER, ELEMENT, ELEMENTS = 0.04, 0.05, 8
 MASS, POLAR, DIAMETRAL = 2.0, 2.5e-3, 1.4e-3
 JOURNALS, DISC, LEFT_END = (2, 6), 4, 0
 """Nodes of the journals, of the disc and of the left end."""
 UNBALANCE = 2.1e-7
-WEIGHT = 9.81 * (DENSITY * np.pi * DIAMETER**2 / 4 * ELEMENT * ELEMENTS + MASS)
+WEIGHT = 9.81 * (RHO * np.pi * DIAMETER**2 / 4 * ELEMENT * ELEMENTS + MASS)
 FORWARD = np.array([1, -1j])
 
 
@@ -36,41 +37,12 @@ def machine():
     """The shipped rigid rotor with a disc in its middle and less unbalance."""
     own = load_machine("rigid_rotor_self_acting")
     disc = {"position": 0.2, "mass": MASS, "polar_inertia": POLAR, "diametral_inertia": DIAMETRAL}
-    return own.with_({"discs": [disc], "effects.unbalance.me": 1.5e-7})
+    return own.with_({"discs": [disc], "effects.unbalance.me": 1.5e-7, "shaft.material.youngs_modulus": E})
 
 
-def beam():
-    """Mass, gyroscopic (for 1 rad/s) and stiffness matrices (36, 36) in x, y and the slopes dx/dz, dy/dz of a node."""
-    h, area, inertia = ELEMENT, np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
-    shear = 12 * E * inertia / (7.8 / 8.8 * E / 2.6 * area * h * h)
-    k = E * inertia / h**3 / (1 + shear) * np.array([
-        [12, 6 * h, -12, 6 * h], [6 * h, (4 + shear) * h * h, -6 * h, (2 - shear) * h * h],
-        [-12, -6 * h, 12, -6 * h], [6 * h, (2 - shear) * h * h, -6 * h, (4 + shear) * h * h],
-    ])  # fmt: skip
-    m = DENSITY * area * h / 420 * np.array([
-        [156, 22 * h, 54, -13 * h], [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-        [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-    ])  # fmt: skip
-    r = DENSITY * inertia / (30 * h) * np.array([
-        [36, 3 * h, -36, 3 * h], [3 * h, 4 * h * h, -3 * h, -h * h],
-        [-36, -3 * h, 36, -3 * h], [3 * h, -h * h, -3 * h, 4 * h * h],
-    ])  # fmt: skip
-    M, G, K = np.zeros((3, 4 * (ELEMENTS + 1), 4 * (ELEMENTS + 1)))
-    for e in range(ELEMENTS):
-        x = 4 * e + np.array([0, 2, 4, 6])
-        for own in (x, x + 1):
-            K[np.ix_(own, own)] += k
-            M[np.ix_(own, own)] += m + r
-        G[np.ix_(x, x + 1)] += 2 * r
-        G[np.ix_(x + 1, x)] -= 2 * r
-    at = 4 * DISC + np.arange(4)
-    M[at, at] += [MASS, MASS, DIAMETRAL, DIAMETRAL]
-    G[at[2], at[3]] += POLAR
-    G[at[3], at[2]] -= POLAR
-    return M, G, K
-
-
-M, G, K = beam()
+SHEAR = 12 * E * np.pi * DIAMETER**4 / 64 / (7.8 / 8.8 * E / 2.6 * np.pi * DIAMETER**2 / 4 * ELEMENT**2)
+"""Softening of an element by shear, with Cowper's coefficient 6 (1 + nu) / (7 + 6 nu) for nu = .3."""
+M, G, K = beam(ELEMENT * ELEMENTS, DIAMETER, ELEMENTS, ((DISC, MASS, POLAR, DIAMETRAL),), SHEAR)
 
 
 def film(**more):
