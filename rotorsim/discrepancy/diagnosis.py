@@ -60,6 +60,7 @@ from rotorsim.discrepancy.discovery import (
     priced,
     remembered,
     solved,
+    stability_of,
     with_rival,
 )
 from rotorsim.discrepancy.fit import (
@@ -80,6 +81,7 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
+from rotorsim.discrepancy.force_shape import ForceShape, shape_of
 from rotorsim.discrepancy.gap import (
     equivalent_force,
     gap_dataset,
@@ -431,6 +433,8 @@ class DiagnosisRun:
     """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
     contradiction: str = field(default="", init=False)
     """Sentence on a stated accuracy that contradicts the records."""
+    shape: ForceShape | None = field(default=None, init=False, repr=False)
+    """The force of free shape that explains best what no effect and no law does."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
@@ -608,6 +612,7 @@ class DiagnosisRun:
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
+            self.shape = shape_of(seen["fit"], base) if unanswered and flags else None
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
             if status == "tie" or (faint and status != "no_disagreement"):
@@ -719,11 +724,12 @@ class DiagnosisRun:
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]
             # one floor for the sums of squares with the law and without it
+            before = base
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
             found = own._result(base, flags, replace(judgement, verdict=verdict, odds=odds), search, notes)
             law_found = discovered(
                 proposal, found.effects[0], p, not_excluded(proposal, laws, others), seen["fit"],
-                best.fit.residual * own.fitted.sigma,
+                best.fit.residual * own.fitted.sigma, stability_of(proposal, laws, seen["fit"], before),
             )  # fmt: skip
         return replace(
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
@@ -758,7 +764,9 @@ class DiagnosisRun:
         gap["gap"].values[:, :, 2] = np.concatenate(
             [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
         )
-        stated = of_remembered(list(again.values()), known, law_places(self.machine)[law.place])
+        rivals = list(again.values())
+        chosen = stability_of(law, rivals, parts["fit"], replace(fit, J=parts["fit"].J))
+        stated = of_remembered(rivals, known, law_places(self.machine)[law.place], chosen)
         own = tuple(FitParameter(key, 1.0) for one in law.terms for key in one.parameters)
         whole = replace(fit, point=_going_with(law, fit), parameters=(*fit.parameters, *own),
                         J=np.hstack([parts["fit"].J, law.columns(parts["fit"])]), residual=left["fit"])  # fmt: skip
@@ -1030,6 +1038,7 @@ class DiagnosisRun:
             worse=judgement.worse,
             reason=judgement.reason,
             contradiction=self.contradiction,
+            shape=self.shape if verdict.status in ("unknown", "partial") else None,
         )
 
     def _odds(

@@ -20,7 +20,7 @@ import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from importlib.util import module_from_spec, spec_from_file_location
 from itertools import product
 from typing import Any
@@ -42,12 +42,11 @@ from rotorsim.discrepancy.law_terms import (
     LibraryTerm,
     ObservedPlaces,
     PlaceMotion,
-    complex_lines,
+    force_curve,
     law_places,
-    lines_of_series,
-    series_of_lines,
 )
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
 from rotorsim.discrepancy.trial import Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation, probability_of
@@ -86,8 +85,6 @@ NOT_IDENTIFIABLE = (
     "excitation"
 )
 """Note on a constant linear force that no group of lines shows."""
-MOMENTS = 500
-"""Moments of a record that show a law."""
 EQUAL = 6.0
 """Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
 SIMPLEX = 0.05
@@ -251,6 +248,20 @@ def _at_place(
         if proposal.left <= (1 - ENOUGH) * nothing:
             break
     return _with_equal(found[-1], fit, held, base), found[0], len(options)
+
+
+def stability_of(
+    law: ProposedLaw, laws: Sequence[ProposedLaw], fit: ObservedPlaces, base: ParameterFit
+) -> Stability | None:  # fmt: skip
+    """How often random halves of the records choose a law among all terms at all places, those of other laws too."""
+
+    def terms(one: ProposedLaw) -> list[PlacedTerm]:
+        return [PlacedTerm(t.term.name, t.place or one.place, t.columns(fit, one.place)) for t in one.terms]
+
+    others = [term for other in laws if other is not law for term in terms(other)]
+    others += [PlacedTerm(one.term.name, place, one.columns(fit, place))
+               for place in fit.motions for one in _options(fit, place)]  # fmt: skip
+    return stability(fit, base, terms(law), others, PRICE)
 
 
 def _with_equal(
@@ -499,6 +510,8 @@ class DiscoveredLaw:
     curve: dict[str, np.ndarray] = field(default_factory=dict)
     """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law, and the
     standard deviation of the latter."""
+    chosen: Stability | None = None
+    """How often random halves of the records choose it."""
 
     @property
     def sentence(self) -> str:
@@ -529,6 +542,7 @@ class DiscoveredLaw:
             "places": [list(one) for one in self.places],
             "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
             "not_excluded": list(self.near),
+            **({} if self.chosen is None else {"stability": asdict(self.chosen)}),
         }  # fmt: skip
 
 
@@ -561,34 +575,19 @@ def spread_of(law: ProposedLaw, m: PlaceMotion, sd: Mapping[str, float]) -> np.n
     return np.sqrt(sum((force_of(one, m) - force) ** 2 for one in moved))
 
 
-def curve_of(
-    seen: ObservedPlaces, law: ProposedLaw, left: np.ndarray, sd: Mapping[str, float]
-) -> dict[str, np.ndarray]:
-    """Moments of the record with the largest motion: displacement, velocity (n, 2), force (n, 2) measured and of a law.
-
-    The measured force is that of the law and the one that makes what is left (n,) [m], on the lines on which the law
-    shows; `spread` is the standard deviation of the law's by those of its numbers.
-    """
-    motions = seen.motions[law.place]
-    i = int(np.argmax([np.abs(m.displacement).max() for m in motions]))
-    m, n = motions[i], motions[i].displacement.shape[1]
-    force = force_of(law, m)
-    lines = np.array([lines_of_series(one, len(m.H)) for one in force])
-    comparison = seen.comparison
-    shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
-    rest = np.where(shows.any(axis=0), complex_lines(comparison, i, left), 0.0)
-    more = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, rest.T, strict=True)]).T
-    chosen = slice(None, None, max(n // MOMENTS, 1))
-    return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
-            "measured": (force + series_of_lines(more, n)).T[chosen], "law": force.T[chosen],
-            "spread": spread_of(law, m, sd).T[chosen]}  # fmt: skip
-
-
 def discovered(
     proposal: ProposedLaw, found: IdentifiedEffect, probability: float, near: Sequence[str], seen: ObservedPlaces,
-    left: np.ndarray,
+    left: np.ndarray, chosen: Stability | None,
 ) -> DiscoveredLaw:  # fmt: skip
-    """The law of a proposal as the plant's fit has it, which leaves this of the records to fit (n,) [m]."""
+    """The law of a proposal as the plant's fit has it, which leaves this of the records to fit (n,) [m].
+
+    `chosen` is how often random halves of the records choose it.
+    """
+
+    def along(m: PlaceMotion) -> tuple[np.ndarray, np.ndarray]:
+        own = fitted.part_at(first)
+        return force_of(own, m), spread_of(own, m, sd)
+
     terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
              for key in (*one.parameters, *(name for name, _ in one.shape))}  # fmt: skip
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
@@ -609,7 +608,7 @@ def discovered(
     return DiscoveredLaw(
         name, first, at[first], text.split('"""')[1], terms, units_of(proposal), proposal.forms, text,
         str(path), probability, tuple(near), tuple((place, at[place]) for place in _places_of(proposal)), growth,
-        sum(powers), curve_of(seen, fitted.part_at(first), left, sd),
+        sum(powers), force_curve(seen, first, left, along), chosen,
     )  # fmt: skip
 
 
@@ -700,7 +699,9 @@ def remembered(
     return left if clear and held_up else None
 
 
-def of_remembered(laws: Sequence[ProposedLaw], known: float, position: float) -> DiscoveredLaw:
+def of_remembered(
+    laws: Sequence[ProposedLaw], known: float, position: float, chosen: Stability | None
+) -> DiscoveredLaw:  # fmt: skip
     """The first law, which has a memory: no effect of the plant has one, so that it is stated and not written as one.
 
     The others are at places that these records do not exclude where their likelihood is near. Its probability is that
@@ -715,7 +716,7 @@ def of_remembered(laws: Sequence[ProposedLaw], known: float, position: float) ->
     kinds = law.forms
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
     p = 1 / (1 + math.exp(-min(gain, 500.0)))
-    return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near)
+    return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near, chosen=chosen)
 
 
 def cannot_tell(trials: Sequence[Trial]) -> str:

@@ -46,6 +46,9 @@ CLEAR_LINE = 3.0
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
 
+MOMENTS = 500
+"""Moments of a record that show a force."""
+
 NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
                                  copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
 """Functions of an expression, moment by moment."""
@@ -304,10 +307,33 @@ def _motions(
     return found
 
 
+def force_curve(
+    seen: ObservedPlaces, place: str, left: np.ndarray,
+    along: Callable[[PlaceMotion], tuple[np.ndarray, np.ndarray]],
+) -> dict[str, np.ndarray]:  # fmt: skip
+    """Moments of the record with the largest motion at a place, with the force (2, n) [N] and its spread `along` it.
+
+    They are displacement, velocity (n, 2), force (n, 2) measured and as given. The measured force is the given one and
+    what makes the rest (n,) [m], on the lines on which the given one shows.
+    """
+    motions = seen.motions[place]
+    i = int(np.argmax([np.abs(m.displacement).max() for m in motions]))
+    m, n = motions[i], motions[i].displacement.shape[1]
+    force, spread = along(m)
+    lines, comparison = lines_of_series(force, len(m.H)), seen.comparison
+    shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
+    rest = np.where(shows.any(axis=0), complex_lines(comparison, i, left), 0.0)
+    more = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, rest.T, strict=True)]).T
+    chosen = slice(None, None, max(n // MOMENTS, 1))
+    return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
+            "measured": (force + series_of_lines(more, n)).T[chosen], "law": force.T[chosen],
+            "spread": spread.T[chosen]}  # fmt: skip
+
+
 def lines_of_series(series: np.ndarray, count: int) -> np.ndarray:
-    """Lines (count,) of a series (n,)."""
-    found = np.fft.rfft(series)[:count] * (2 / len(series))
-    found[0] /= 2
+    """Lines (..., count) of a series (..., n)."""
+    found = np.fft.rfft(series)[..., :count] * (2 / series.shape[-1])
+    found[..., 0] /= 2
     return np.asarray(found)
 
 

@@ -20,6 +20,7 @@ from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
 from rotorsim.discrepancy.discovery import NOT_IDENTIFIABLE, DiscoveredLaw
 from rotorsim.discrepancy.fit import ParameterFit
+from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
@@ -200,6 +201,8 @@ class Diagnosis(Shown, Findings, Reported):
     """Sentence on a stated accuracy that contradicts the records."""
     discovered: DiscoveredLaw | None = None
     """The law that the records show and no effect of the catalogue is."""
+    shape: ForceShape | None = None
+    """The force of free shape that explains the records best, where neither an effect nor a law does."""
     stochastic: StochasticForce | None = None
     """The force or change that does not repeat, where the records show one."""
 
@@ -407,6 +410,7 @@ class Diagnosis(Shown, Findings, Reported):
             "prior_sizes": dict(self.priors),
             "seen_from": dict(self.seen_from),
             **({} if self.discovered is None else {"discovered": self.discovered.as_dict()}),
+            **({} if self.shape is None else {"shape": self.shape.as_dict()}),
             **({} if self.stochastic is None else {"stochastic": asdict(self.stochastic)}),
             **({} if self.planned is None else {"plan": self.planned.as_dict()}),
             **({} if self.steps is None else {"steps": self.steps.as_dict()}),

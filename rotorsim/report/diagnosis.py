@@ -12,6 +12,7 @@ from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.discovery import DiscoveredLaw
+from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import NOTHING_BEYOND, located
@@ -131,6 +132,8 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         yield from _spectra(d)
     if d.unknown and d.unknown["lines"]:
         yield _unknown(d.unknown)
+    if d.shape is not None:
+        yield _shape(d.shape)
     if d.notes:
         yield Block("Limits of these records", texts=d.notes, anchor="notes")
     if d.tried:
@@ -202,7 +205,9 @@ def _law(law: DiscoveredLaw) -> Block:
             for key, (value, sd) in law.terms.items()]  # fmt: skip
     texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
-    figure = force_of_law(law) if law.curve else None
+    texts += [f"{law.chosen.sentence}."] if law.chosen is not None else []
+    of_velocity = any(word in " ".join(law.kinds) for word in ("dry", "drag", "damping"))
+    figure = force_over_motion(law.curve, of_velocity) if law.curve else None
     heads = ("number", "value", "standard deviation")
     text = (
         "Force at the place over its motion: dots are the records, the line is the law, its band two standard "
@@ -211,26 +216,49 @@ def _law(law: DiscoveredLaw) -> Block:
     return Block("The law that was discovered", text, heads, rows, texts=texts, figure=figure, code=law.law)
 
 
-def force_of_law(law: DiscoveredLaw) -> go.Figure:
-    """Force (y) [N] over displacement [um], or velocity [mm/s] where the law is of that, measured and of the law."""
-    of_velocity = any(word in " ".join(law.kinds) for word in ("dry", "drag", "damping"))
-    motion, unit = (law.curve["velocity"] * 1e3, "velocity [mm/s]") if of_velocity else (
-        law.curve["displacement"] * TO_UM, "displacement [um]")  # fmt: skip
+def _shape(shape: ForceShape) -> Block:
+    """The force of free shape where neither an effect nor a law explains the gap."""
+    rows = [(name, f"{fall:.0f}") for name, fall in shape.depends.items()]
+    rows += [(f"at {place} instead", f"{less:.0f}") for place, less in shape.near.items()]
+    text = (
+        "Force at the place over its motion: dots are the records, the line is a Gaussian process, its band two "
+        "standard deviations. It is no law: it proposes where to look and of what a force may be."
+    )
+    of_velocity = "displacement" not in shape.depends and "velocity" in shape.depends
+    figure = force_over_motion(shape.curve, of_velocity, "lines" if len(shape.depends) == 1 else "markers")
+    heads = ("quantity or place", "fall of the log. evidence without it")
+    return Block("The shape of a force that would explain it", text, heads, rows, texts=[shape.sentence], figure=figure)
+
+
+def force_over_motion(curve: dict[str, np.ndarray], of_velocity: bool, mode: str = "lines") -> go.Figure:
+    """Force (y) [N] over displacement [um], or over velocity [mm/s], measured and as a law or a process has it.
+
+    The latter is a line, or dots without a band, `mode` "markers", where the force depends on more than that.
+    """
+    motion, unit = (curve["velocity"] * 1e3, "velocity [mm/s]") if of_velocity else (
+        curve["displacement"] * TO_UM, "displacement [um]")  # fmt: skip
     figure = make_subplots(1, 2, subplot_titles=("x", "y"))
     for i, axis in enumerate("xy"):
         order = np.argsort(motion[:, i])
-        dots = {"x": motion[:, i], "y": law.curve["measured"][:, i], "name": "measured"}
-        line = {"x": motion[order, i], "y": law.curve["law"][order, i], "name": "law"}
+        dots = {"x": motion[:, i], "y": curve["measured"][:, i], "name": "measured"}
+        line = {"x": motion[order, i], "y": curve["law"][order, i], "name": "model"}
         shown = {"row": 1, "col": i + 1}
         figure.add_trace(go.Scatter(**dots, mode="markers", marker={"size": 4, "color": NEUTRAL}, showlegend=not i),
                          **shown)  # fmt: skip
-        edge = SPREAD * law.curve["spread"][order, i]
+        edge = SPREAD * curve["spread"][order, i] * (mode == "lines")
         band = {"x": np.concatenate([line["x"], line["x"][::-1]]), "name": "band",
                 "y": np.concatenate([line["y"] + edge, (line["y"] - edge)[::-1]])}  # fmt: skip
         figure.add_trace(go.Scatter(**band, mode="lines", fill="toself", opacity=0.3, showlegend=not i,
                                     line={"width": 0, "color": AXIS_COLOURS[axis]}), **shown)  # fmt: skip
         figure.add_trace(
-            go.Scatter(**line, mode="lines", line={"color": AXIS_COLOURS[axis]}, showlegend=not i), **shown
+            go.Scatter(
+                **line,
+                mode=mode,
+                line={"color": AXIS_COLOURS[axis]},
+                marker={"size": 3, "color": AXIS_COLOURS[axis]},
+                showlegend=not i,
+            ),
+            **shown,
         )
         figure.update_xaxes(title_text=unit, **shown)
     figure.update_yaxes(title_text="force [N]", row=1, col=1)

@@ -16,7 +16,7 @@ from rotorsim.discrepancy.result import PLAN_NEXT, located
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.diagnosis import diagnosis_page, force_of_law, gap_bars
+from rotorsim.report.diagnosis import diagnosis_page, force_over_motion, gap_bars
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
@@ -244,7 +244,7 @@ def test_the_band_of_a_law_is_two_standard_deviations_about_it_along_each_axis()
     u = np.array([[2e-6, 1e-6], [-1e-6, 0.0], [0.0, 3e-6]])
     curve = {"displacement": u, "velocity": u, "measured": 2e6 * u, "law": 1e6 * u, "spread": 1e5 * np.abs(u)}
     law = DiscoveredLaw("law", "disc 1", 0.3, "", {}, {}, ("cubic",), "", "", 0.99, curve=curve)
-    bands = [trace for trace in force_of_law(law).data if trace.name == "band"]
+    bands = [trace for trace in force_over_motion(law.curve, False).data if trace.name == "band"]
     for i, band in enumerate(bands):
         there = np.sort(u[:, i])
         upper, lower = np.split(np.array(band.y), [3])
