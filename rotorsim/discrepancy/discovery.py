@@ -38,6 +38,7 @@ from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
 from rotorsim.discrepancy.law_terms import (
+    CLEARANCE,
     LIBRARY,
     LibraryTerm,
     ObservedPlaces,
@@ -74,11 +75,13 @@ ONE_AMPLITUDE = (
     "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
     "that does not; record the same points with half the excitation, or with a trial weight"
 )
-OF_FILM = (
-    "a law is not looked for where a gas film carries the shaft, whose own force bends with the motion too; write what "
-    "the equivalent force shows as an effect of your own"
-)
 """Notes on records of which no law can be identified."""
+OF_FILM = (
+    "a further force makes all records together agree clearly better; stiffness, damping and cross stiffness that "
+    "change with the speed do nearly as well, and so does an error of the gas film's model: it is not taken for a law "
+    "and changes no verdict; record with more excitation, so that the force bends, or measure the film's coefficients"
+)
+"""Note on a force that is not known from an error of the film's model."""
 NOT_IDENTIFIABLE = (
     "a stiffness, damping, mass or delayed force at a place makes all records together agree clearly better, and no "
     "group of lines shows it: which of these it is, and where, these records do not tell, nor from an error of the "
@@ -111,6 +114,11 @@ class LawTerm:
     shape: tuple[tuple[str, float], ...] = ()
     one: bool = False
     place: str = ""
+
+    @property
+    def searched(self) -> tuple[tuple[str, float], ...]:
+        """Numbers of its shape that are not known beforehand."""
+        return tuple((key, value) for key, value in self.shape if key != CLEARANCE)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -218,7 +226,9 @@ def _by_place(
 
 def _options(fit: ObservedPlaces, place: str) -> list[LawTerm]:
     """All terms that may act at a place, with each of their shapes."""
-    return [LawTerm(term, tuple(shape.items())) for term in LIBRARY for shape in term.options(fit.largest(place))]
+    clearance = next((m.clearance for m in fit.motions[place] or ()), 0.0)
+    return [LawTerm(term, tuple(shape.items())) for term in LIBRARY if clearance or not term.of_film
+            for shape in term.options(fit.largest(place), clearance)]  # fmt: skip
 
 
 def _screened(base: ParameterFit, columns: Sequence[np.ndarray]) -> Screening:
@@ -306,7 +316,7 @@ def _without_idle(
 
 def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence[LawTerm]) -> Sequence[LawTerm]:
     """Terms with the numbers of their shapes between those that were tried."""
-    start = [value for one in terms for _, value in one.shape]
+    start = [value for one in terms for _, value in one.searched]
     if not start:
         return terms
     p = prior_rows(base.parameters)
@@ -317,7 +327,8 @@ def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence
 
     def at(x: np.ndarray) -> list[LawTerm]:
         values = iter(np.exp(x) * start)
-        return [replace(one, shape=tuple((key, float(next(values))) for key, _ in one.shape)) for one in terms]
+        new = [{key: float(next(values)) for key, _ in one.searched} for one in terms]
+        return [replace(one, shape=tuple((dict(one.shape) | own).items())) for one, own in zip(terms, new, strict=True)]
 
     def rise(x: np.ndarray) -> float:
         S = np.column_stack([one.columns(fit, place) for one in at(x)])
@@ -589,7 +600,8 @@ def discovered(
     left: np.ndarray,
 ) -> DiscoveredLaw:  # fmt: skip
     """The law of a proposal as the plant's fit has it, which leaves this of the records to fit (n,) [m]."""
-    terms = {key: (found.parameters[key], found.sd.get(key, 0.0)) for one in proposal.terms
+    known = {key: value for one in proposal.terms for key, value in one.shape}
+    terms = {key: (found.parameters.get(key, known.get(key, 0.0)), found.sd.get(key, 0.0)) for one in proposal.terms
              for key in (*one.parameters, *(name for name, _ in one.shape))}  # fmt: skip
     sizes = np.array([terms[key][0] for one in proposal.terms for key in one.parameters])
     fitted = replace(proposal, coefficients=sizes, terms=tuple(
@@ -667,12 +679,25 @@ def _moved(
 
 def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
     """Whether a hidden mass explains clearly more than all of stiffness, damping and mass do together at any place."""
-    if not any(one.term.resonates for one in law.terms):
-        return False
+    return any(one.term.resonates for one in law.terms) and _beyond(law, seen, base, with_speed=False)
+
+
+def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
+    """Whether a law explains clearly more than all linear forces do together at any place, which may change with speed.
+
+    An error of a gas film's model is such a force while the motion is small; a late one is too.
+    """
+    late = any(one.term.memory is not None and not one.term.resonates for one in law.terms)
+    return not late and _beyond(law, seen, base, with_speed=True)
+
+
+def _beyond(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, with_speed: bool) -> bool:
+    """Whether a law explains clearly more than stiffness, damping and mass, which may change with the speed."""
     steady = [
         LawTerm(term, (("resonance", RIGID), ("damping_ratio", 0.0)) if term.resonates else ())
-        for term in LIBRARY if term.constant and (term.memory is None or term.resonates)
-    ]  # fmt: skip
+        for term in LIBRARY
+        if (term.linear if with_speed else term.constant) and (term.memory is None or term.resonates)
+    ]
     least = min(solved(seen, None, base, place, steady).cost for place in seen.motions)
     return least - law.cost > OF_RESONANCE
 
@@ -793,6 +818,6 @@ def form_of(proposal: ProposedLaw, places: Mapping[str, float], name: str) -> Fo
     parameters = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * abs(value), usual=abs(value))
                        for key, value in sizes)  # fmt: skip
     shapes = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
-                   for one in proposal.terms for key, value in one.shape)  # fmt: skip
+                   for one in proposal.terms for key, value in one.searched)  # fmt: skip
     fixed = {f"{effect}.0.position": places[place] for place, effect in own.items()}
     return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes)

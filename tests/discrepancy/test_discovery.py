@@ -24,6 +24,7 @@ from rotorsim.discrepancy.discovery import (
     DiscoveredLaw,
     LawTerm,
     ProposedLaw,
+    _options,
     candidate_laws,
     cannot_tell,
     extended,
@@ -41,7 +42,14 @@ from rotorsim.discrepancy.discovery import (
 from rotorsim.discrepancy.fit import ParameterFit, fall, fit_parameters, recalibrate, relinearised
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.judge import Judgement
-from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion, law_places, probe_answers
+from rotorsim.discrepancy.law_terms import (
+    LIBRARY,
+    ObservedPlaces,
+    PlaceMotion,
+    clearances,
+    law_places,
+    probe_answers,
+)
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.stochastic import (
     BlockDeviations,
@@ -96,6 +104,25 @@ def test_a_term_whose_unit_makes_no_force_is_refused(name):
     with pytest.raises(DataError) as refused:
         replace(term, unit=f"{term.unit}*s")
     assert (refused.value.argument, refused.value.value) == ("unit", f"{term.unit}*s")
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_a_term_of_the_film_thickness_is_over_the_gap_of_a_round_film_at_the_journal(power):
+    """At a displacement of 3 and 4 um of a clearance of 20 um the gap is 15 um; the clearance is not searched."""
+    term = TERMS["damping over thickness" + {1: "", 2: " squared", 3: " cubed"}[power]]
+    [shape] = term.options(1e-6, 20e-6)
+    assert shape == {"clearance": 20e-6} and not LawTerm(term, tuple(shape.items())).searched
+    m = replace(motion(np.zeros((2, 4))), displacement=np.outer([3e-6, 4e-6], np.ones(4)), velocity=np.ones((2, 4)))
+    assert m.force(term.parts[0], 0, shape) == pytest.approx(-1 / 15e-6**power)
+
+
+def test_terms_of_the_film_thickness_are_tried_at_the_bearing_with_the_film_alone():
+    rig = load_machine("dtu_gas_bearing")
+    assert clearances(rig) == {"bearing 1": rig.bearings[1].clearance} and not clearances(machine_of_laws())
+    own = replace(motion(np.zeros((2, 4))), clearance=25e-6)
+    seen = SimpleNamespace(motions={"disc 0": [motion(np.zeros((2, 4)))], "bearing 1": [own]}, largest=lambda z: 1e-5)
+    tried = {place: {one.term.name for one in _options(seen, place)} for place in seen.motions}
+    assert tried["bearing 1"] - tried["disc 0"] == {term.name for term in LIBRARY if term.of_film}
 
 
 @pytest.mark.parametrize(("name", "watt"), [("damping", -0.5 * 3.0**2 * 2e-10 * 50.0**2), ("swirl", 3.0 * 2e-10 * 50.0),
@@ -757,12 +784,15 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     assert Mesh(machine).shear_share == pytest.approx(expected, rel=0.02)
 
 
-def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=()):
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=None):
     """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
 
     A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat.
     """
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
+    if film:
+        machine = load_machine("dtu_gas_bearing")
+        laws = [replace(law, place="disc 0") for law in laws]
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
                             fit=SimpleNamespace(cost=100.0, residual=np.zeros(1))) for law in laws]  # fmt: skip
     shares = [1 - more if i == best else more / (len(laws) - 1) for i in range(len(laws))]
@@ -880,12 +910,27 @@ def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or
     assert not found.gap["gap"].values[:, :, 2].any() and found.gap["gap"].values[:, :, 1].all()
 
 
-@pytest.mark.parametrize(("status", "noted"), [("unknown", True), ("partial", True), ("named", False), ("tie", False),
-                                               ("no_disagreement", False), ("recalibrated", False)])  # fmt: skip
-def test_a_machine_with_a_gas_film_has_no_law_and_a_diagnosis_without_an_answer_states_that(status, noted, monkeypatch):
-    tried = list[str]()
-    given, notes = beyond_the_catalogue(status, [1], [1], lambda notes: tried.append("law"), monkeypatch, film="a film")
-    assert given is None and not tried and (OF_FILM in notes) == noted
+@pytest.mark.parametrize("film", [None, "a film"])
+@pytest.mark.parametrize("status", ["unknown", "partial", "named", "tie", "no_disagreement"])
+def test_a_force_that_an_error_of_a_film_may_be_is_noted_and_changes_no_verdict(status, film, monkeypatch):
+    """A gas film's model has errors of stiffness and damping that change with the speed; linear bearings have not."""
+    flags = [] if status in ("named", "no_disagreement") else [1]
+    given, notes = beyond_the_catalogue(status, flags, [], lambda notes: OF_FILM, monkeypatch, (), film)
+    assert given is None and OF_FILM in notes
+
+
+@pytest.mark.parametrize(("film", "stated"), [(None, None), ("a film", OF_FILM)])
+@pytest.mark.parametrize("flags", [[], [1]])
+@pytest.mark.parametrize("beyond", [True, False])
+def test_a_law_on_a_film_has_to_explain_clearly_more_than_linear_forces_that_change_with_the_speed(
+    beyond, flags, film, stated, monkeypatch
+):
+    """On linear bearings a constant one has to, where no group shows it."""
+    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.beyond_film", lambda law, seen, base: beyond)
+    laws = [law_of("stiffness"), law_of("dry")]
+    found = judged_laws(laws, 0, 0.01, flags, monkeypatch, film=film)
+    refused = not beyond if film else not flags
+    assert found == (stated if refused else (laws[0].names, []))
 
 
 @pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])
@@ -913,6 +958,9 @@ def test_laws_that_an_error_of_the_form_may_be_are_linear_in_a_motion_and_consta
     constant = {term.name for term in LIBRARY if term.constant}
     assert constant == {"stiffness", "cross stiffness", "swirl", "damping", "gyroscopic", "delayed stiffness",
                         "hidden mass"}  # fmt: skip
+    changing = {term.name for term in LIBRARY if term.linear} - constant
+    assert changing == {f"{kind} with speed" for kind in ("stiffness", "swirl", "damping")} | {
+        f"{kind} with speed squared" for kind in ("stiffness", "swirl")}  # fmt: skip
 
 
 @dataclass(frozen=True)
