@@ -680,7 +680,7 @@ class DiagnosisRun:
         be so next to what does not repeat (`other`) too: records that were made in the order of their speeds look like
         a law of the speed where something drifts.
         """
-        laws = laws_of(seen["fit"], seen.get("held_out"), base)
+        laws = laws_of(seen["fit"], seen.get("held_out"), base, self.machine.film is not None)
         if base.cost - laws[0].priced >= CLEAR:
             laws = [one for one in laws if self._beyond_drift(one, other)]
         if not laws or base.cost - laws[0].priced < CLEAR:
@@ -690,7 +690,7 @@ class DiagnosisRun:
         known = base.cost if rival is None else min(base.cost, priced(rival))
         if known - law.priced < CLEAR:
             return ""
-        if self._as_error_of_form(law, flags, seen["fit"], base):
+        if self._as_error_of_form(law, flags, seen["fit"], base, law.cost):
             return None if self.machine.film is None else OF_FILM
         if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
             return TOO_UNSTEADY.format(law.names)
@@ -717,7 +717,7 @@ class DiagnosisRun:
             if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            if self._as_error_of_form(proposal, flags, seen["fit"], base):
+            if self._as_error_of_form(proposal, flags, seen["fit"], base, best.fit.cost):
                 return None if self.machine.film is None else OF_FILM
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
@@ -735,12 +735,15 @@ class DiagnosisRun:
         )  # fmt: skip
 
     def _as_error_of_form(
-        self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit
+        self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit, cost: float
     ) -> bool:  # fmt: skip
-        """Whether a law may be an error of the model's form: a constant one that no group shows and that has no
-        resonance of its own; with a gas film any that linear forces, which change with the speed, nearly make."""
+        """Whether a law with this sum of squares may be an error of the model's form.
+
+        A constant one is that no group shows and that has no resonance of its own; with a gas film any that linear
+        forces, which change with the speed, nearly make.
+        """
         if self.machine.film is not None:
-            return not beyond_film(law, seen, base)
+            return not beyond_film(law, seen, base, cost)
         return law.constant and not (flags or own_resonance(law, seen, base))
 
     def _beyond_drift(self, law: ProposedLaw, other: NotRepeated) -> bool:

@@ -40,6 +40,7 @@ from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched
 from rotorsim.discrepancy.law_terms import (
     CLEARANCE,
     LIBRARY,
+    ORDER_FORCES,
     LibraryTerm,
     ObservedPlaces,
     PlaceMotion,
@@ -78,8 +79,8 @@ ONE_AMPLITUDE = (
 """Notes on records of which no law can be identified."""
 OF_FILM = (
     "a further force makes all records together agree clearly better; stiffness, damping and cross stiffness that "
-    "change with the speed do nearly as well, and so does an error of the gas film's model: it is not taken for a law "
-    "and changes no verdict; record with more excitation, so that the force bends, or measure the film's coefficients"
+    "change with the speed, with forces at 1X and 2X, do nearly as well, and so does an error of the gas film's model: "
+    "it is not taken for a law and changes no verdict; record with more excitation, so that the force bends"
 )
 """Note on a force that is not known from an error of the film's model."""
 NOT_IDENTIFIABLE = (
@@ -637,11 +638,14 @@ def _places_of(law: ProposedLaw) -> tuple[str, ...]:
     return tuple(one.place or law.place for one in law.terms)
 
 
-def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
+def laws_of(
+    seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, film: bool = False
+) -> list[ProposedLaw]:  # fmt: skip
     """The best laws at the places that the records do not tell apart by the linear model, the best one first.
 
     A law at several places has to be clearly better than the best one at one place. One of several terms at a place
-    comes with fewer of them too: the plant may not bear out what the linear model adds.
+    comes with fewer of them too: the plant may not bear out what the linear model adds. A `film` whose force bends with
+    the motion adds terms at other places, so that there its first term comes alone.
     """
     found = _by_place(seen, held, base, MOST_TERMS)
     best = found[0][0]
@@ -659,7 +663,8 @@ def laws_of(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFi
     if several and min(law.score for law in several) < least - CLEAR:
         first = min(several, key=lambda p: p.score)
         moved = [one for one in _moved(first, seen, held, base) if one.score < first.score + NEAR]
-        return [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]
+        near = [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]
+        return [*near, *(_with_equal(own, seen, held, base) for _, own in found if film and own.place == first.place)]
     chosen = (single or near)[:MOST_LAWS]
     fewer = [own for pair in found for own in pair
              if own.place == chosen[0].place and len(own.terms) < len(chosen[0].terms)]  # fmt: skip
@@ -679,27 +684,28 @@ def _moved(
 
 def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
     """Whether a hidden mass explains clearly more than all of stiffness, damping and mass do together at any place."""
-    return any(one.term.resonates for one in law.terms) and _beyond(law, seen, base, with_speed=False)
+    constant = [term for term in LIBRARY if term.constant]
+    return any(one.term.resonates for one in law.terms) and _beyond(law.cost, seen, base, constant)
 
 
-def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
-    """Whether a law explains clearly more than all linear forces do together at any place, which may change with speed.
+def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost: float) -> bool:
+    """Whether a law, with this sum of squares, explains clearly more than all linear forces together at any place.
 
-    An error of a gas film's model is such a force while the motion is small; a late one is too.
+    They may change with the speed, as an error of a gas film's model does while the motion is small; a late force is
+    one too. Forces at 1X and 2X are among them: the displacement of a journal from the middle of its film hardly moves.
     """
     late = any(one.term.memory is not None and not one.term.resonates for one in law.terms)
-    return not late and _beyond(law, seen, base, with_speed=True)
+    return not late and _beyond(cost, seen, base, [*(term for term in LIBRARY if term.linear), *ORDER_FORCES])
 
 
-def _beyond(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, with_speed: bool) -> bool:
-    """Whether a law explains clearly more than stiffness, damping and mass, which may change with the speed."""
+def _beyond(cost: float, seen: ObservedPlaces, base: ParameterFit, others: Sequence[LibraryTerm]) -> bool:
+    """Whether a sum of squares is clearly below that of all terms together at any place, with a mass that is rigid."""
     steady = [
         LawTerm(term, (("resonance", RIGID), ("damping_ratio", 0.0)) if term.resonates else ())
-        for term in LIBRARY
-        if (term.linear if with_speed else term.constant) and (term.memory is None or term.resonates)
-    ]
+        for term in others if term.memory is None or term.resonates
+    ]  # fmt: skip
     least = min(solved(seen, None, base, place, steady).cost for place in seen.motions)
-    return least - law.cost > OF_RESONANCE
+    return least - cost > OF_RESONANCE
 
 
 def remembered(

@@ -201,6 +201,12 @@ LIBRARY = (
                                       ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
 )  # fmt: skip
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
+ORDER_FORCES = tuple(
+    LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
+    for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))
+)  # fmt: skip
+"""Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
+its film, is nearly one."""
 
 
 def clearances(machine: Machine) -> dict[str, float]:

@@ -926,7 +926,7 @@ def test_a_law_on_a_film_has_to_explain_clearly_more_than_linear_forces_that_cha
     beyond, flags, film, stated, monkeypatch
 ):
     """On linear bearings a constant one has to, where no group shows it."""
-    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.beyond_film", lambda law, seen, base: beyond)
+    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.beyond_film", lambda law, seen, base, cost: beyond)
     laws = [law_of("stiffness"), law_of("dry")]
     found = judged_laws(laws, 0, 0.01, flags, monkeypatch, film=film)
     refused = not beyond if film else not flags
