@@ -644,9 +644,18 @@ def laws_of(
     """The best laws at the places that the records do not tell apart by the linear model, the best one first.
 
     A law at several places has to be clearly better than the best one at one place. One of several terms at a place
-    comes with fewer of them too: the plant may not bear out what the linear model adds. A `film` whose force bends with
-    the motion adds terms at other places, so that there its first term comes alone.
+    comes with fewer of them too: the plant may not bear out what the linear model adds. Next to a `film`, whose own
+    force bends with the motion, each of its terms comes alone.
     """
+    found = _near_laws(seen, held, base)
+    terms = [replace(one, one=False) for one in found[0].terms] if film and len(found[0].terms) > 1 else []
+    own = [solved(seen, held, base, one.place or found[0].place, [replace(one, place="")]) for one in terms]
+    alone = [replace(_with_equal(law, seen, held, base), tried=found[0].tried) for law in own]
+    return [*found, *(law for law in alone if law.names not in {one.names for one in found})]
+
+
+def _near_laws(seen: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
+    """The laws of `laws_of` by the linear model."""
     found = _by_place(seen, held, base, MOST_TERMS)
     best = found[0][0]
     if best.remembers:
@@ -663,8 +672,7 @@ def laws_of(
     if several and min(law.score for law in several) < least - CLEAR:
         first = min(several, key=lambda p: p.score)
         moved = [one for one in _moved(first, seen, held, base) if one.score < first.score + NEAR]
-        near = [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]
-        return [*near, *(_with_equal(own, seen, held, base) for _, own in found if film and own.place == first.place)]
+        return [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]
     chosen = (single or near)[:MOST_LAWS]
     fewer = [own for pair in found for own in pair
              if own.place == chosen[0].place and len(own.terms) < len(chosen[0].terms)]  # fmt: skip

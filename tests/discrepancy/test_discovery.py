@@ -10,6 +10,7 @@ import xarray as xr
 
 from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
@@ -40,6 +41,7 @@ from rotorsim.discrepancy.discovery import (
     written,
 )
 from rotorsim.discrepancy.fit import ParameterFit, fall, fit_parameters, recalibrate, relinearised
+from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.judge import Judgement
 from rotorsim.discrepancy.law_terms import (
@@ -68,6 +70,7 @@ from rotorsim.discrepancy.verdict import Explanation, SearchVerdict
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.mesh import Mesh
+from studies.benchmarks.diagnose_foreign import OwnCubic, with_own
 from studies.benchmarks.foreign_laws import ABSORBER, LAWS, LawCase, drawn, machine_of_laws, records
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, PLANES, TwoDiscRig, machine_text, rotor
 
@@ -251,6 +254,14 @@ def test_two_forces_are_found_at_one_place_or_at_two(kinds, names, monkeypatch):
     fewer = ["dry of disc 0"] if len(law.places) == 1 else []
     assert [other.names for other in others if len(other.terms) == 1] == fewer
     assert [other.names for other in others if law.holds(other)] == fewer and not any(one.holds(law) for one in others)
+
+
+@pytest.mark.parametrize("second", ["disc 0", "disc 1"])
+def test_each_term_of_a_law_next_to_a_film_comes_alone(second, monkeypatch):
+    """The linear model adds terms for what the film's own bending makes; the plant decides."""
+    given = two_forces((("disc 0", "dry"), (second, "cubic")), (20, 15), monkeypatch)
+    names = [law.names for law in laws_of(*given, film=True)]
+    assert {"dry of disc 0", f"cubic of {second}"} < set(names) and len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 1"),
@@ -1040,6 +1051,16 @@ def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
         for axis, given, true in (("x", bearing.kxx, own[0]), ("y", bearing.kyy, own[1])):
             key, change = f"bearing.{i}.k{axis}", 1 - given / true
             assert abs(found.calibration[key][0] - change) < abs(before[key] - change)
+
+
+@pytest.mark.slow
+def test_a_cubic_spring_at_the_disc_of_the_rig_is_discovered_next_to_its_film():
+    """The motion is 3 to 7 um of a clearance of 25 um: the film's own force bends more than the law's."""
+    rig, given = with_own(OwnCubic(stiffness=3e13), rig=load_machine("dtu_gas_bearing"))
+    found = diagnose(rig, given, effects=("shaft_bow",))
+    law = found.discovered
+    assert (found.status, law.place, law.kinds) == ("discovered", "disc 0", ("radial cubic",))
+    assert law.terms["radial_cubic"][0] == pytest.approx(3e13, rel=0.05) and reduction(found.gap) > 0.9
 
 
 @pytest.mark.slow
