@@ -50,6 +50,7 @@ from rotorsim.discrepancy.discovery import (
     PRICE,
     ProposedLaw,
     after_choice,
+    beyond_film,
     candidate_laws,
     cannot_tell,
     discovered,
@@ -593,7 +594,7 @@ class DiagnosisRun:
         force next to a drift.
         """
         status = judgement.verdict.status
-        lacking = cannot_tell(self.fitted.trials) if self.machine.film is None else OF_FILM
+        lacking = cannot_tell(self.fitted.trials)
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
         if not (unanswered or faint or status in ("tie", "no_disagreement")):
@@ -613,11 +614,14 @@ class DiagnosisRun:
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
             self.shape = shape_of(seen["fit"], base) if unanswered and flags else None
+            found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
             if status == "tie" or (faint and status != "no_disagreement"):
                 return None
         except NoAnswerError:
+            return None
+        if self.machine.film is not None:
             return None
         if not other.found:
             constant = found is None and faint
@@ -681,7 +685,7 @@ class DiagnosisRun:
         be so next to what does not repeat (`other`) too: records that were made in the order of their speeds look like
         a law of the speed where something drifts.
         """
-        laws = laws_of(seen["fit"], seen.get("held_out"), base)
+        laws = laws_of(seen["fit"], seen.get("held_out"), base, self.machine.film is not None)
         if base.cost - laws[0].priced >= CLEAR:
             laws = [one for one in laws if self._beyond_drift(one, other)]
         if not laws or base.cost - laws[0].priced < CLEAR:
@@ -691,8 +695,8 @@ class DiagnosisRun:
         known = base.cost if rival is None else min(base.cost, priced(rival))
         if known - law.priced < CLEAR:
             return ""
-        if law.constant and not (flags or own_resonance(law, seen["fit"], base)):
-            return None
+        if self._as_error_of_form(law, flags, seen["fit"], base, law.cost):
+            return None if self.machine.film is None else OF_FILM
         if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
             return TOO_UNSTEADY.format(law.names)
         if law.remembers:
@@ -718,8 +722,8 @@ class DiagnosisRun:
             if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            if proposal.constant and not (flags or own_resonance(proposal, seen["fit"], base)):
-                return None
+            if self._as_error_of_form(proposal, flags, seen["fit"], base, best.fit.cost):
+                return None if self.machine.film is None else OF_FILM
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
             notes += [*judgement.notes, *exact]
@@ -735,6 +739,18 @@ class DiagnosisRun:
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
             discovered=law_found,
         )  # fmt: skip
+
+    def _as_error_of_form(
+        self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit, cost: float
+    ) -> bool:  # fmt: skip
+        """Whether a law with this sum of squares may be an error of the model's form.
+
+        A constant one is that no group shows and that has no resonance of its own; with a gas film any that linear
+        forces, which change with the speed, nearly make.
+        """
+        if self.machine.film is not None:
+            return not beyond_film(law, seen, base, cost)
+        return law.constant and not (flags or own_resonance(law, seen, base))
 
     def _beyond_drift(self, law: ProposedLaw, other: NotRepeated) -> bool:
         """Whether a law explains clearly more than a drift does."""

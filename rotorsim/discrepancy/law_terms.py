@@ -35,6 +35,7 @@ from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import Machine
+from rotorsim.machine.gas_film import GasFilm
 from rotorsim.plant.linearise import LinearPlant, linearise
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.simulation import settle
@@ -43,6 +44,12 @@ SLOW = 1e-4
 """Velocity [m/s] below which dry friction gives way."""
 CLEAR_LINE = 3.0
 """Residual of a line, in floors, from which on the force that makes it moves the place."""
+CLEARANCE = "clearance"
+"""Name of the number of a shape that is a film's clearance, which is known and not searched."""
+THINNEST = 0.02
+"""Film thickness in a term, as a share of the clearance, below which it does not fall."""
+MOTION = ("u", "w", "du", "dw")
+"""Names of displacement and velocity along the axis of an expression and across it."""
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
 
@@ -60,7 +67,8 @@ class LibraryTerm:
 
     unit : that of its coefficients
     parts : expressions of u, w, du, dw, s, speed, angle and the numbers of `shape` (p.name)
-    shape : names of numbers that are searched, their units, and tried values: of a length as shares of the largest |u|
+    shape : names of numbers that are searched, their units, and tried values: of a length as shares of the largest |u|;
+        the clearance of a film is known
     memory : factor on the displacement by omega (k,) and the numbers of the shape, of a term that remembers
     """
 
@@ -90,8 +98,8 @@ class LibraryTerm:
             return factor * sum(abs(float(eval(part, known | one))) for one in moved)  # of both senses, for stops
 
         metres, rates = (round(math.log2(size(*twice) / size(1.0, 1.0))) for twice in ((2.0, 1.0), (1.0, 2.0)))
-        time = "*s" * min(rates, 1) + (f"^{rates}" if rates > 1 else "")
-        return "N" + time + ("/m" if metres else "") + (f"^{metres}" if metres > 1 else "")
+        time, length = "*s" * min(rates, 1) + (f"^{rates}" if rates > 1 else ""), "/m" if metres > 0 else "*m"
+        return "N" + time + length * bool(metres) + (f"^{abs(metres)}" if abs(metres) > 1 else "")
 
     @property
     def key(self) -> str:
@@ -106,16 +114,28 @@ class LibraryTerm:
     @property
     def constant(self) -> bool:
         """Whether it is linear in displacement and velocity with a factor that neither speed nor angle changes."""
-        return all(part.removeprefix("s * ") in ("u", "w", "du", "dw") for part in self.parts)
+        return all(part.removeprefix("s * ") in MOTION for part in self.parts)
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is linear in displacement and velocity with a factor that no angle changes, but the speed may."""
+        return all(part.replace("speed * ", "").removeprefix("s * ") in MOTION for part in self.parts)
+
+    @property
+    def of_film(self) -> bool:
+        """Whether it changes with the thickness of a film."""
+        return any(name == CLEARANCE for name, _, _ in self.shape)
 
     @property
     def resonates(self) -> bool:
         """Whether it has a resonance of its own."""
         return any(name == "resonance" for name, _, _ in self.shape)
 
-    def options(self, largest: float) -> Iterator[dict[str, float]]:
-        """Numbers of the shape to try, where the largest displacement is this [m]."""
+    def options(self, largest: float, clearance: float = 0.0) -> Iterator[dict[str, float]]:
+        """Numbers of the shape to try, where the largest displacement is this [m], with a film's clearance [m]."""
         tried = [[value * (largest if unit == "m" else 1.0) for value in values] for _, unit, values in self.shape]
+        tried = [[clearance] if clearance and name == CLEARANCE else values
+                 for (name, *_), values in zip(self.shape, tried, strict=True)]  # fmt: skip
         for values in product(*tried):
             yield dict(zip((name for name, _, _ in self.shape), values, strict=True))
 
@@ -125,6 +145,19 @@ def _parametric(n: int) -> tuple[LibraryTerm, LibraryTerm]:
     waves = f"math.cos({turn})", f"math.sin({turn})"
     return (LibraryTerm(f"stiffness at {n}X", "N/m", tuple(f"{wave} * u" for wave in waves)),
             LibraryTerm(f"cross stiffness at {n}X", "N/m", tuple(f"{wave} * w" for wave in waves)))  # fmt: skip
+
+
+def _over_thickness(n: int) -> tuple[LibraryTerm, ...]:
+    """Stiffness, swirl and damping over a power of the smallest thickness of a round film."""
+    least = f"math.hypot(u, w), {THINNEST} * p.{CLEARANCE})"
+    h, power = f"max(p.{CLEARANCE} - {least}", f" ** {n}" if n > 1 else ""
+    length, own = ("", "*m", "*m^2")[n - 1], ((CLEARANCE, "m", (3.0,)),)
+    name = f"over thickness{('', ' squared', ' cubed')[n - 1]}"
+    return (
+        LibraryTerm(f"stiffness {name}", f"N{length}", (f"u / {h}{power}",), own),
+        LibraryTerm(f"swirl {name}", f"N{length}", (f"s * w / {h}{power}",), own),
+        LibraryTerm(f"damping {name}", f"N*s{length}", (f"du / {h}{power}",), own),
+    )
 
 
 def _late(omega: np.ndarray, delay: float) -> np.ndarray:
@@ -163,11 +196,26 @@ LIBRARY = (
     LibraryTerm("damping with speed", "N*s^2/m", ("speed * du",)),
     *_parametric(1),
     *_parametric(2),
+    *_over_thickness(1),
+    *_over_thickness(2),
+    *_over_thickness(3),
     LibraryTerm("delayed stiffness", "N/m", ("u",), (("delay", "s", (5e-4, 1e-3, 2e-3, 4e-3)),), _late),
     LibraryTerm("hidden mass", "kg", ("u",), (("resonance", "rad/s", tuple(np.geomspace(60.0, 1600.0, 40))),
                                       ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
 )  # fmt: skip
-"""Terms that a law may have."""
+"""Terms that a law may have; those of a film's thickness at its bearing alone."""
+ORDER_FORCES = tuple(
+    LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
+    for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))
+)  # fmt: skip
+"""Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
+its film, is nearly one."""
+
+
+def clearances(machine: Machine) -> dict[str, float]:
+    """Clearance [m] of each radial gas film, by the name of its bearing as a place of a law."""
+    pairs = zip(machine.bearings_in_words, machine.bearings, strict=True)
+    return {name: b.clearance for name, b in pairs if isinstance(b, GasFilm)}
 
 
 def law_places(machine: Machine) -> dict[str, float]:
@@ -183,7 +231,7 @@ def law_places(machine: Machine) -> dict[str, float]:
 class PlaceMotion:
     """Motion at a place in a record: displacement, velocity (2, n) [m, m/s], shaft angle (n,) [rad], speed [rad/s].
 
-    H (lines, 2, 2) [m/N] is the receptance from a force there to the channels.
+    H (lines, 2, 2) [m/N] is the receptance from a force there to the channels; `clearance` [m] is that of a film there.
     """
 
     displacement: np.ndarray
@@ -192,6 +240,7 @@ class PlaceMotion:
     speed: float
     H: np.ndarray
     frequencies: np.ndarray
+    clearance: float = 0.0
 
     def force(self, part: str, axis: int, shape: dict[str, float]) -> np.ndarray:
         """Minus a part of a term (n,) along an axis, with a coefficient of one."""
@@ -288,7 +337,7 @@ def _motions(
     Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
     n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
     t = np.arange(n) / n * trial.length * RIG_SAMPLE
-    found = {}
+    found, films = {}, clearances(twin.machine)
     for name, z in places.items():
         own = replace(trial, changes={**trial.changes, PLANE: z}, probe_angle=None, names=())
         q = simulate(twin, own, point).mean(axis=0)
@@ -303,6 +352,7 @@ def _motions(
             trial.speed,
             H,
             trial.frequencies,
+            films.get(name, 0.0),
         )
     return found
 

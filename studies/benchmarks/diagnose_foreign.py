@@ -27,7 +27,7 @@ from rotorsim.discrepancy.experiments import HIGH, LOW, PERIOD, PERIODS, SPACING
 from rotorsim.discrepancy.hidden_machine import draw, record_of, truth_twin
 from rotorsim.effects import REGISTRY, Effect, param, register
 from rotorsim.experiments import Multisine
-from rotorsim.machine import load_machine
+from rotorsim.machine import Machine, load_machine
 
 RK4 = Path(__file__).parents[1] / "docs" / "rk4"
 
@@ -85,9 +85,9 @@ for _own in (OwnAsymmetry, OwnSeal, OwnCubic):
     REGISTRY.pop(_own.name)  # in the truth alone
 
 
-def with_own(effect: Effect, seed: int = 1) -> tuple[Any, list[Any]]:
-    """The plain rotor, damped more, and its records with an own effect at work."""
-    plain = load_machine("plain_rotor").replace("shaft.damping_ratio", 0.02)
+def with_own(effect: Effect, seed: int = 1, rig: Machine | None = None) -> tuple[Any, list[Any]]:
+    """The plain rotor, damped more, or another rig, and its records with an own effect at work."""
+    plain = rig or load_machine("plain_rotor").replace("shaft.damping_ratio", 0.02)
     REGISTRY[effect.name] = type(effect)
     try:
         twin = truth_twin(plain.with_({f"effects.{effect.name}": (effect,)}))

@@ -10,6 +10,7 @@ import xarray as xr
 
 from rotorsim.base.errors import DataError, NoAnswerError
 from rotorsim.base.units import RIG_SAMPLE
+from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
@@ -24,6 +25,7 @@ from rotorsim.discrepancy.discovery import (
     DiscoveredLaw,
     LawTerm,
     ProposedLaw,
+    _options,
     candidate_laws,
     cannot_tell,
     extended,
@@ -39,9 +41,17 @@ from rotorsim.discrepancy.discovery import (
     written,
 )
 from rotorsim.discrepancy.fit import ParameterFit, fall, fit_parameters, recalibrate, relinearised
+from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.judge import Judgement
-from rotorsim.discrepancy.law_terms import LIBRARY, ObservedPlaces, PlaceMotion, law_places, probe_answers
+from rotorsim.discrepancy.law_terms import (
+    LIBRARY,
+    ObservedPlaces,
+    PlaceMotion,
+    clearances,
+    law_places,
+    probe_answers,
+)
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.stochastic import (
     BlockDeviations,
@@ -60,6 +70,7 @@ from rotorsim.discrepancy.verdict import Explanation, SearchVerdict
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.mesh import Mesh
+from studies.benchmarks.diagnose_foreign import OwnCubic, with_own
 from studies.benchmarks.foreign_laws import ABSORBER, LAWS, LawCase, drawn, machine_of_laws, records
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, PLANES, TwoDiscRig, machine_text, rotor
 
@@ -96,6 +107,25 @@ def test_a_term_whose_unit_makes_no_force_is_refused(name):
     with pytest.raises(DataError) as refused:
         replace(term, unit=f"{term.unit}*s")
     assert (refused.value.argument, refused.value.value) == ("unit", f"{term.unit}*s")
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_a_term_of_the_film_thickness_is_over_the_gap_of_a_round_film_at_the_journal(power):
+    """At a displacement of 3 and 4 um of a clearance of 20 um the gap is 15 um; the clearance is not searched."""
+    term = TERMS["damping over thickness" + {1: "", 2: " squared", 3: " cubed"}[power]]
+    [shape] = term.options(1e-6, 20e-6)
+    assert shape == {"clearance": 20e-6} and not LawTerm(term, tuple(shape.items())).searched
+    m = replace(motion(np.zeros((2, 4))), displacement=np.outer([3e-6, 4e-6], np.ones(4)), velocity=np.ones((2, 4)))
+    assert m.force(term.parts[0], 0, shape) == pytest.approx(-1 / 15e-6**power)
+
+
+def test_terms_of_the_film_thickness_are_tried_at_the_bearing_with_the_film_alone():
+    rig = load_machine("dtu_gas_bearing")
+    assert clearances(rig) == {"bearing 1": rig.bearings[1].clearance} and not clearances(machine_of_laws())
+    own = replace(motion(np.zeros((2, 4))), clearance=25e-6)
+    seen = SimpleNamespace(motions={"disc 0": [motion(np.zeros((2, 4)))], "bearing 1": [own]}, largest=lambda z: 1e-5)
+    tried = {place: {one.term.name for one in _options(seen, place)} for place in seen.motions}
+    assert tried["bearing 1"] - tried["disc 0"] == {term.name for term in LIBRARY if term.of_film}
 
 
 @pytest.mark.parametrize(("name", "watt"), [("damping", -0.5 * 3.0**2 * 2e-10 * 50.0**2), ("swirl", 3.0 * 2e-10 * 50.0),
@@ -224,6 +254,14 @@ def test_two_forces_are_found_at_one_place_or_at_two(kinds, names, monkeypatch):
     fewer = ["dry of disc 0"] if len(law.places) == 1 else []
     assert [other.names for other in others if len(other.terms) == 1] == fewer
     assert [other.names for other in others if law.holds(other)] == fewer and not any(one.holds(law) for one in others)
+
+
+@pytest.mark.parametrize("second", ["disc 0", "disc 1"])
+def test_each_term_of_a_law_next_to_a_film_comes_alone(second, monkeypatch):
+    """The linear model adds terms for what the film's own bending makes; the plant decides."""
+    given = two_forces((("disc 0", "dry"), (second, "cubic")), (20, 15), monkeypatch)
+    names = [law.names for law in laws_of(*given, film=True)]
+    assert {"dry of disc 0", f"cubic of {second}"} < set(names) and len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 1"),
@@ -757,12 +795,15 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     assert Mesh(machine).shear_share == pytest.approx(expected, rel=0.02)
 
 
-def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=()):
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=None):
     """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
 
     A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat.
     """
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
+    if film:
+        machine = load_machine("dtu_gas_bearing")
+        laws = [replace(law, place="disc 0") for law in laws]
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
                             fit=SimpleNamespace(cost=100.0, residual=np.zeros(1))) for law in laws]  # fmt: skip
     shares = [1 - more if i == best else more / (len(laws) - 1) for i in range(len(laws))]
@@ -880,12 +921,27 @@ def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or
     assert not found.gap["gap"].values[:, :, 2].any() and found.gap["gap"].values[:, :, 1].all()
 
 
-@pytest.mark.parametrize(("status", "noted"), [("unknown", True), ("partial", True), ("named", False), ("tie", False),
-                                               ("no_disagreement", False), ("recalibrated", False)])  # fmt: skip
-def test_a_machine_with_a_gas_film_has_no_law_and_a_diagnosis_without_an_answer_states_that(status, noted, monkeypatch):
-    tried = list[str]()
-    given, notes = beyond_the_catalogue(status, [1], [1], lambda notes: tried.append("law"), monkeypatch, film="a film")
-    assert given is None and not tried and (OF_FILM in notes) == noted
+@pytest.mark.parametrize("film", [None, "a film"])
+@pytest.mark.parametrize("status", ["unknown", "partial", "named", "tie", "no_disagreement"])
+def test_a_force_that_an_error_of_a_film_may_be_is_noted_and_changes_no_verdict(status, film, monkeypatch):
+    """A gas film's model has errors of stiffness and damping that change with the speed; linear bearings have not."""
+    flags = [] if status in ("named", "no_disagreement") else [1]
+    given, notes = beyond_the_catalogue(status, flags, [], lambda notes: OF_FILM, monkeypatch, (), film)
+    assert given is None and OF_FILM in notes
+
+
+@pytest.mark.parametrize(("film", "stated"), [(None, None), ("a film", OF_FILM)])
+@pytest.mark.parametrize("flags", [[], [1]])
+@pytest.mark.parametrize("beyond", [True, False])
+def test_a_law_on_a_film_has_to_explain_clearly_more_than_linear_forces_that_change_with_the_speed(
+    beyond, flags, film, stated, monkeypatch
+):
+    """On linear bearings a constant one has to, where no group shows it."""
+    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.beyond_film", lambda law, seen, base, cost: beyond)
+    laws = [law_of("stiffness"), law_of("dry")]
+    found = judged_laws(laws, 0, 0.01, flags, monkeypatch, film=film)
+    refused = not beyond if film else not flags
+    assert found == (stated if refused else (laws[0].names, []))
 
 
 @pytest.mark.parametrize("status", ["no_disagreement", "recalibrated"])
@@ -913,6 +969,9 @@ def test_laws_that_an_error_of_the_form_may_be_are_linear_in_a_motion_and_consta
     constant = {term.name for term in LIBRARY if term.constant}
     assert constant == {"stiffness", "cross stiffness", "swirl", "damping", "gyroscopic", "delayed stiffness",
                         "hidden mass"}  # fmt: skip
+    changing = {term.name for term in LIBRARY if term.linear} - constant
+    assert changing == {f"{kind} with speed" for kind in ("stiffness", "swirl", "damping")} | {
+        f"{kind} with speed squared" for kind in ("stiffness", "swirl")}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -992,6 +1051,16 @@ def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
         for axis, given, true in (("x", bearing.kxx, own[0]), ("y", bearing.kyy, own[1])):
             key, change = f"bearing.{i}.k{axis}", 1 - given / true
             assert abs(found.calibration[key][0] - change) < abs(before[key] - change)
+
+
+@pytest.mark.slow
+def test_a_cubic_spring_at_the_disc_of_the_rig_is_discovered_next_to_its_film():
+    """The motion is 3 to 7 um of a clearance of 25 um: the film's own force bends more than the law's."""
+    rig, given = with_own(OwnCubic(stiffness=3e13), rig=load_machine("dtu_gas_bearing"))
+    found = diagnose(rig, given, effects=("shaft_bow",))
+    law = found.discovered
+    assert (found.status, law.place, law.kinds) == ("discovered", "disc 0", ("radial cubic",))
+    assert law.terms["radial_cubic"][0] == pytest.approx(3e13, rel=0.05) and reduction(found.gap) > 0.9
 
 
 @pytest.mark.slow
