@@ -39,7 +39,7 @@ NOMINAL = {"m": 1e-5, "N": 10.0, "rad/s": 600.0, "rad": 1.0, "Pa": 1e5, "V": 1.0
 ROW = ("shaft.speed_ref", "injection.pressure", "piezo.ref_x", "piezo.ref_y", "disc.force_x", "disc.force_y")
 """Inputs in the order of a row of `rotorsim.plant.kernels.entry.run`."""
 MOST_SEED = 2**31 - 1
-BEFORE_START = ("support", "rotating", "plenum")
+BEFORE_START = ("support", "rotating", "plenum", "amplifier")
 """Ports whose effects are built in when the unit is initialised."""
 
 

@@ -184,9 +184,11 @@ def _about(twin: Twin, name: str, table: int) -> tuple[str, bool]:
 
 
 def _injectors(twin: Twin, name: str, table: int) -> list[float]:
-    """Numbers of the injectors that a table can be about, from 1; 0 for an effect that is about none."""
+    """Numbers of the injectors that a table can be about, from 1; 0 for all of their pins, or an effect about none."""
     if "injector" not in {f.name for f in fields(REGISTRY[name])}:
         return [0.0]
+    if REGISTRY[name].port in ("reference", "amplifier"):
+        return [float(k) for k in range(len(twin.machine.injectors) + 1)]
     return [float(k + 1) for k in range(twin.machine.injector_count(twin.effect(name, table)))]
 
 

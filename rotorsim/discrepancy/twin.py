@@ -64,9 +64,9 @@ def fits(effect: Effect, machine: Machine) -> bool:
         return False
     if effect.port in ("injector", "plenum") and not machine.injector_count(effect):
         return False
-    if effect.port == "actuator" and not machine.injectors:
+    if effect.port in ("reference", "amplifier", "actuator") and not machine.injectors:
         return False
-    if effect.port == "actuator" and (machine.actuators is None or machine.actuators.mode == "ideal"):
+    if effect.port in ("amplifier", "actuator") and (machine.actuators is None or machine.actuators.mode == "ideal"):
         return False
     present = {**machine.effects, effect.name: (effect,)}
     return not effect.problems(machine.model_copy(update={"effects": present}))

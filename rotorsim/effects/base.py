@@ -28,6 +28,9 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 ``injector``  ``(t, k, opening, supply, p) -> (opening, supply)``  seat opening [1] and supply pressure [Pa, absolute]
               of injector k (from 0).
 ``plenum``    ``(k, p) -> factor``  on the volume of plenum k.
+``reference`` ``(w, state, number, sample, x, y, p) -> (x, y)``  references [V] along x and y that pin `number` (from 1)
+              gets, once a sample; its own `states` of each pin follow each other from w[state:], 0 at a run's start.
+``amplifier`` ``(number, p) -> factor``  on the time constant of the amplifier of pin `number` (from 1).
 ``supply``    ``(w, state, h, supply, flow, p) -> (start, end)``  pressure [Pa, absolute] behind the supply at start and
               end of a sample of h [s], for a mass flow [kg/s].
 ``actuator``  ``(w, old, new, h, volt, stroke, p) -> stroke``  stroke [m] of a piezo stack at `volt`, after a substep of
@@ -74,11 +77,14 @@ from rotorsim.base.public import Registry, modules_below
 from rotorsim.base.quantity import UNLIMITED, Quantity, declared, quantities, quantity_of
 
 PORTS = (
-    "force", "random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator",
-    "sensor", "pin_sensor", "drive", "torque", "support", "rotating",
+    "force", "random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "reference",
+    "amplifier", "actuator", "sensor", "pin_sensor", "drive", "torque", "support", "rotating",
 )  # fmt: skip
 """Places where an effect acts; the head of this file has the signature of each port's kernel."""
-FILM_PORTS = ("contact", "film", "gas", "heat", "injector", "plenum", "supply", "actuator", "pin_sensor", "support")
+FILM_PORTS = (
+    "contact", "film", "gas", "heat", "injector", "plenum", "supply", "reference", "amplifier", "actuator",
+    "pin_sensor", "support",
+)  # fmt: skip
 """Ports of the gas film and what feeds it: without a film these effects have nothing to act on."""
 
 ROLES = {
@@ -214,7 +220,7 @@ class Effect:
     steady: ClassVar[bool] = False
     """Whether its force is constant in time, so that an equilibrium includes it."""
     states: ClassVar[int] = 0
-    """Own states (of each actuator, for the port `actuator`)."""
+    """Own states (of each actuator or pin, for the ports `actuator` and `reference`)."""
     single: ClassVar[bool] = False
     """Whether a machine has it at most once."""
     extra: ClassVar[tuple[str, ...]] = ()

@@ -18,7 +18,9 @@ from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly
 from rotorsim.plant.calls import Call
+from rotorsim.plant.kernels.injectors import TABLE, blend
 from rotorsim.plant.kernels.modal_rotor import build_support
+from rotorsim.plant.locations import OF_PINS
 
 HUGE = 1e300
 
@@ -153,7 +155,7 @@ def _acts(effect: type[Effect], machine: Machine) -> bool:
     """True if an effect has something to act on, as far as the checks of a machine file leave that open."""
     if machine.film is None and effect.port in FILM_PORTS:
         return False
-    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", "actuator", "pin_sensor")
+    return bool(machine.injectors) or effect.port not in ("injector", "plenum", "supply", *OF_PINS)
 
 
 def sliders(machine: Machine) -> dict[str, Control]:
@@ -252,6 +254,11 @@ def update_derived(a: Assembly, w: Any) -> None:
         for k in range(len(film.injectors)):
             factor = prod(_values(a, c, k) for c in plena)
             capacity[k] = a.P.capacity[f * a.film.n_inj + k] * factor
+    amplifiers = [c for c in a.calls if c.effect.port == "amplifier"]
+    for k in range(len(a.machine.injectors) if a.rig.driven else 0):
+        lag = a.P.amplifier_lag[k] * prod(_values(a, c, a.P.pinned[k]) for c in amplifiers)
+        at = a.rig.table + TABLE * k
+        w[at : at + 2] = _pure(blend)(a.P.sample / a.rig.substeps, lag)[:2]
     w[a.rotor.matrix_step] = 0.0
 
 

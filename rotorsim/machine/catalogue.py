@@ -39,6 +39,8 @@ ELSEWHERE = {
     "injector": "on the injectors' pins",
     "plenum": "on the injectors' plena",
     "supply": "on the line before the injectors",
+    "reference": "on the references of the pins, in the file's order",
+    "amplifier": "in the amplifiers of the piezo actuators",
     "actuator": "in every piezo actuator, in the file's order",
     "sensor": "on the readings, in the file's order",
     "pin_sensor": "on the readings of the pins",

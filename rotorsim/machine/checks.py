@@ -318,7 +318,7 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
         return "", "its bearing has a support already; keep one of the two"
     if effect.port == "injector" and not machine.injectors and not any(film.orifices for _, film in films_of(machine)):
         return "", "acts in injectors, but there are none; add [[injectors]] or [[bearings.orifices]], or remove it"
-    if effect.port == "actuator" and machine.actuators is None:
+    if effect.port in ("amplifier", "actuator") and machine.actuators is None:
         return "", "acts in the piezo actuators, but there are none; add [actuators] or remove it"
     on_disc = effect.port in ("force", "random_force", "motion") and effect.place == "disc"
     if on_disc and not placed and not machine.discs:

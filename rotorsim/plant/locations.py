@@ -20,11 +20,11 @@ from rotorsim.machine.schema import Machine
 from rotorsim.plant.kernels.layout import AROUND
 from rotorsim.plant.mesh import SAME_PLACE, Mesh
 
-OF_NOZZLES = ("injector", "plenum", "pin_sensor")
+OF_NOZZLES = ("injector", "plenum", "reference", "amplifier", "pin_sensor")
 """Ports of single injectors."""
 WHOLE = ("drive", "torque", "rotating")
 """Ports of the whole shaft."""
-OF_PINS = ("actuator", "pin_sensor")
+OF_PINS = ("reference", "amplifier", "actuator", "pin_sensor")
 """Ports of the pins."""
 
 

@@ -131,8 +131,54 @@ def test_a_dead_zone_loses_its_width_about_the_bias(rig_of, held):
         assert moved == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.parametrize("mode", ["ideal", "voltage", "reference"])
+def test_the_drive_of_one_pin_moves_that_pin_alone_by_its_gain(rig_of, held, mode):
+    """Without hysteresis a pin is linear in its reference: 20 % less of it everywhere, whatever drives it."""
+    runs = []
+    for error in (0.0, -0.2):
+        plant = rig_of(mode, {"effects.actuator_gain": {"injector": 1, "error": error}})
+        rows = held(200, 0.0, 0.6e6)
+        rows[:, 3] = np.sin(0.1 * np.arange(200))
+        runs.append(plant.start(0.0, 0.6e6).advance(rows)[:, PIN : PIN + 4])
+    rest = runs[0][0, 0]
+    assert np.ptp(runs[0][:, 0]) > 5e-6
+    assert runs[1][:, 0] - rest == pytest.approx(0.8 * (runs[0][:, 0] - rest), abs=1e-12)
+    assert np.array_equal(runs[1][:, 1:], runs[0][:, 1:])
+
+
+@pytest.mark.parametrize("mode", ["ideal", "reference"])
+def test_late_references_move_the_pins_later_by_samples_and_their_parts(rig_of, held, mode):
+    """Three samples: the same pins three samples later. Half a sample more: the mean of both. Tables add up."""
+    rows = held(200, 0.0, 0.6e6)
+    rows[20:, 2:4] = np.sin(0.1 * np.arange(180))[:, None] * [1.0, -0.5]
+
+    def pins(*tables):
+        plant = rig_of(mode, {"effects.actuator_delay": [{"delay": f"{own} s", "injector": k} for own, k in tables]})
+        return plant.start(0.0, 0.6e6).advance(rows)[:, PIN : PIN + 4]
+
+    punctual, late, later = pins((0.0, 0)), pins((3 * SAMPLE, 0)), pins((3.5 * SAMPLE, 0))
+    assert np.ptp(punctual, axis=0).min() > 1e-6
+    assert late[3:] == pytest.approx(punctual[:-3], abs=1e-15)
+    assert later[4:] == pytest.approx((punctual[:-4] + punctual[1:-3]) / 2, abs=1e-12)
+    assert pins((SAMPLE, 0), (2 * SAMPLE, 2))[3:, 1] == pytest.approx(punctual[:-3, 1], abs=1e-15)
+
+
+@pytest.mark.parametrize("mode", ["voltage", "reference"])
+def test_a_slow_amplifier_is_one_with_that_time_constant(rig_of, held, mode):
+    rows = held(200, 0.0, 0.6e6)
+    rows[:, 3] = np.sin(0.1 * np.arange(200))
+    own = rig_of(mode).machine.injectors[0].amplifier_lag
+    slow = rig_of(mode, {"injectors.0.amplifier_lag": f"{1.7 * own} s"})
+    found = rig_of(mode, {"effects.amplifier_lag": {"injector": 1, "change": 0.7}})
+    tables = [plant.start(0.0, 0.6e6).advance(rows) for plant in (slow, found)]
+    assert tables[0].tobytes() == tables[1].tobytes()
+
+
 SIGNATURES = {
     "hysteresis": test_a_full_cycle_of_the_stack_travels_45_um_and_opens_by_8_4_um,
     "creep": test_creep_continues_for_seconds_after_a_step,
+    "actuator_gain": test_the_drive_of_one_pin_moves_that_pin_alone_by_its_gain,
+    "actuator_delay": test_late_references_move_the_pins_later_by_samples_and_their_parts,
+    "amplifier_lag": test_a_slow_amplifier_is_one_with_that_time_constant,
     "dead_zone": test_a_dead_zone_loses_its_width_about_the_bias,
 }

@@ -42,7 +42,12 @@ RECORDS = Path(os.environ.get("ROTORSIM_RECORDS", "records"))
 """Folder of the records of the diagnosis."""
 
 EVERY_EFFECT: dict[str, Any] = {
-    "asymmetric_shaft": {},  # this, seal, heat, ring, pins and random ones: neutral, as numbers stored before them
+    "actuator_delay": {},
+    "actuator_gain": {},
+    "amplifier_lag": {},
+    # those of the references and amplifiers, this, seal, heat, ring, pins and random ones: neutral, as numbers stored
+    # before them
+    "asymmetric_shaft": {},
     "ball_bearing": {"softening": 0.05, "clearance": "0.5 um"},
     "base_vibration": {},  # excludes a pedestal
     "broadband_force": {},
@@ -94,9 +99,9 @@ RENAMED: dict[str, dict[str, str]] = {
 RENAMED_EFFECTS = {"gas_heating": "viscosity"}
 """Effect above -> its name in such a commit."""
 NEED_FILM = frozenset({
-    "clearance_growth", "contact", "creep", "dead_zone", "discharge_drift", "heat_balance", "hysteresis",
-    "journal_tilt", "out_of_round", "pedestal", "pin_sensor", "plenum_volume", "slip", "supply_droop",
-    "unequal_pressure", "gas_heating", "weak_injector",
+    "actuator_delay", "actuator_gain", "amplifier_lag", "clearance_growth", "contact", "creep", "dead_zone",
+    "discharge_drift", "gas_heating", "heat_balance", "hysteresis", "journal_tilt", "out_of_round", "pedestal",
+    "pin_sensor", "plenum_volume", "slip", "supply_droop", "unequal_pressure", "weak_injector",
 })  # fmt: skip
 
 

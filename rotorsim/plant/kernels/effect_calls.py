@@ -396,6 +396,19 @@ def supply_line(w, P, h, supply, flow):
     return start, end
 
 
+@port("reference", "x, y = {kernel}(w, {state}, P.pinned[k], w[RIG.tick], x, y, {p})")
+def references_of(w, P, k, x, y):
+    """References [V] along x and y that pin k gets."""
+    return x, y
+
+
+@port("amplifier", "factor *= {kernel}(P.pinned[k], {p})")
+def amplifier_factor(P, k):
+    """Factor on the time constant of the amplifier of pin k."""
+    factor = 1.0
+    return factor
+
+
 @port("actuator", "s = {kernel}(w, {old}, {new}, h, volt, s, {p})")
 def stroke(w, P, k, volt, h):
     """Stroke [m] of stack k at `volt`, after a substep h."""

@@ -39,9 +39,11 @@ from rotorsim.plant.kernels.effect_calls import (
     FILM,
     RIG,
     ROTOR,
+    amplifier_factor,
     inject,
     pin_reading_noise,
     plenum_factor,
+    references_of,
     see_pin,
     stroke,
     supply_line,
@@ -70,7 +72,7 @@ def fill_table(w, P):
     h = P.sample / RIG.substeps
     for k in range(RIG.n_inj):
         t = RIG.table + TABLE * k
-        w[t], w[t + 1], _ = blend(h, P.amplifier_lag[k])
+        w[t], w[t + 1], _ = blend(h, P.amplifier_lag[k] * amplifier_factor(P, k))
         w[t + 2], w[t + 3], _ = blend(h, P.stack_lag[k])
         w[t + 4] = math.exp(-h * P.pd_pole)
 
@@ -211,7 +213,21 @@ def drive_piezos(w, P, ref_x, ref_y):
     """Advance all actuators over the coming sample."""
     for k in range(RIG.n_inj):
         if P.pinned[k] > 0.0:
-            drive_piezo(w, P, k, w[RIG.rest + k] + P.sign_x[k] * ref_x + P.sign_y[k] * ref_y)
+            x, y = references_of(w, P, k, ref_x, ref_y)
+            drive_piezo(w, P, k, w[RIG.rest + k] + P.sign_x[k] * x + P.sign_y[k] * y)
+
+
+@inlined
+def move_pins(w, P, ref_x, ref_y):
+    """Let ideal pins follow their references [V]; returns whether one of them has moved."""
+    moved = False
+    for k in range(RIG.n_inj):
+        if P.pinned[k] > 0.0:
+            x, y = references_of(w, P, k, ref_x, ref_y)
+            pin = P.pin_bias[k] + P.pin_x[k] * x + P.pin_y[k] * y
+            moved = moved or pin != w[RIG.pin + k]
+            w[RIG.pin + k] = pin
+    return moved
 
 
 @inlined
@@ -315,9 +331,8 @@ def feed_sample(w, P, supply, ref_x, ref_y):
     w[RIG.supply], w[RIG.held_x], w[RIG.held_y] = supply, ref_x, ref_y
     if RIG.n_pin_sensor > 0:
         begin_readings(w)
-    if RIG.driven == 0 and moved:
-        for k in range(RIG.n_inj):
-            w[RIG.pin + k] = P.pin_bias[k] + P.pin_x[k] * ref_x + P.pin_y[k] * ref_y
+    if RIG.driven == 0 and (moved or RIG.n_reference > 0):
+        moved = move_pins(w, P, ref_x, ref_y) or moved
     if RIG.driven == 0 and RIG.n_pin_sensor > 0:
         for k in range(RIG.n_inj):
             pin = w[RIG.pin + k]

@@ -198,7 +198,7 @@ AROUND = 12
 
 LIVE = (
     "n_pin_columns", "n_random_force", "n_motion", "n_contact", "n_film", "n_gas", "n_heat", "n_injector", "n_supply",
-    "n_pin_sensor", "n_braking", "n_stroke_states", "n_states", "new", "states",
+    "n_reference", "n_pin_sensor", "n_braking", "n_stroke_states", "n_states", "new", "states",
 )  # fmt: skip
 """Fields of the layout below that depend on the effects: compiled code reads them from the parameter record."""
 OF_EFFECTS = (*LIVE, "n_plenum", "n_sensor", "motion", "shapes", "size")
@@ -231,6 +231,7 @@ class RigLayout(NamedTuple):
     n_injector: int
     n_plenum: int
     n_supply: int
+    n_reference: int
     n_sensor: int
     n_pin_sensor: int
     n_braking: int
@@ -310,8 +311,8 @@ def make_rig_layout(
     offsets, at = {}, base
     for name, size in sizes.items():
         offsets[name], at = at, at + (size if name in RIG_SCALARS else (size + 7) // 8 * 8)
-    counted = ("random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "sensor",
-               "pin_sensor")  # fmt: skip
+    counted = ("random_force", "motion", "contact", "film", "gas", "heat", "injector", "plenum", "supply", "reference",
+               "sensor", "pin_sensor")  # fmt: skip
     counts = {f"n_{port}": ports[port] for port in counted}
     # warm walls shape the gap, warm gas changes the viscosity
     counts["n_film"], counts["n_gas"] = ports["film"] + ports["heat"], ports["gas"] + ports["heat"]
