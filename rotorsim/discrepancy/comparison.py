@@ -139,8 +139,11 @@ class TwinComparison:
         near: ParameterPoint | None = None,
     ) -> list[np.ndarray]:  # fmt: skip
         """Simulated blocks' DFTs [m] of trials at points, on parallel threads: kernels let go of Python's lock."""
-        for trial, point in jobs:
-            plant_of(twin, trial, point, near)[0].assembly  # noqa: B018  (built once, before threads)
+        for trial, point in jobs:  # twins are built once, before threads
+            own = plant_of(twin, trial, point, near)
+            for plant in (own.twin, own.led):
+                if plant is not None:
+                    plant.assembly  # noqa: B018
         if self.threads < 2 or len(jobs) < 2:
             return [simulate(twin, trial, point, whole, near) for trial, point in jobs]
         with ThreadPoolExecutor(self.threads) as pool:
@@ -434,7 +437,8 @@ def simulate(
     that a record shows in its motion from the first sample on is in that of all its inputs, and one that only turns is
     run over a turn.
     """
-    twin, values, begin = plant_of(twin, trial, point, near)
+    plant = plant_of(twin, trial, point, near)
+    twin, values, begin = plant.twin, plant.setting, plant.near
     if trial.settled and twin.machine.film is None:
         ahead, rows, angle = trial.from_motion
         period = trial.length if len(ahead) else 0
@@ -452,7 +456,7 @@ def simulate(
     short = trial.lead > 0 and not whole and not twin.lingers(values, trial.balanced)
     if short and twin.machine.film is not None:
         begin = None if begin is None or twin.lingers(begin, trial.balanced) else begin
-        table = twin.over_period(values, *trial.short, trial.pressure, trial.length, begin)[:, :2]
+        table = twin.over_period(values, *trial.short, trial.pressure, trial.length, begin, plant.led)[:, :2]
     else:
         rows, angle = trial.short if short else (trial.used, trial.angle)
         table = twin.run(values, rows, trial.pressure, angle, turning=trial.in_motion)[:, :2]
@@ -461,20 +465,27 @@ def simulate(
     return trial.short_lines(table[-trial.length :]) if short else trial.lines(table)
 
 
-def plant_of(
-    twin: Twin, trial: Trial, point: ParameterPoint, near: ParameterPoint | None
-) -> tuple[Twin, Setting, Setting | None]:  # fmt: skip
-    """The twin that runs a trial at a point, its setting there, and that of a `near` point.
+@dataclass(frozen=True)
+class TrialPlant:
+    """Twin that runs a trial, its setting, and the setting near it that another twin has `led` to its motion."""
 
-    Candidates that are off cost time, so that it has few besides those which are turned. The motion near a step of any
-    of them is one, whatever their options.
+    twin: Twin
+    setting: Setting
+    near: Setting | None = None
+    led: Twin | None = None
+
+
+def plant_of(twin: Twin, trial: Trial, point: ParameterPoint, near: ParameterPoint | None) -> TrialPlant:
+    """The plant of a trial at a point, from the motion `near` it.
+
+    Candidates that are off cost time, so that twins have none. The motion near a step of any of them is one, whatever
+    their options.
     """
-    near = None if near is None else at_work(twin, near)
-    values, begin = (
-        None if p is None else p.setting(twin, trial.speed, trial.pressure, trial.changes) for p in (point, near)
-    )
-    assert values is not None
-    return twin.lean(values, begin), values, begin
+    values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
+    if near is None:
+        return TrialPlant(twin.lean(values), values)
+    begin = at_work(twin, near).setting(twin, trial.speed, trial.pressure, trial.changes)
+    return TrialPlant(twin.lean(values), values, begin, twin.lean(begin))
 
 
 def at_work(twin: Twin, point: ParameterPoint) -> ParameterPoint:

@@ -26,6 +26,7 @@ from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble, put_rows
 from rotorsim.plant.kernels.layout import READ
+from rotorsim.plant.kernels.modal_rotor import SLOT
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation, settle
 
@@ -33,12 +34,11 @@ NO_SOLUTION = 1e-3
 """Size of the lines [m] that stand for a plant without solution."""
 ROUNDS = 8
 """Most shots of a search for periodic motion."""
-PARTS = 4
-"""Parts of the catalogue whose candidates share a twin."""
 POINTS = 6
 """Samples between which the state after a turn is interpolated."""
-NEAR = 600
-"""Samples before a period in which a motion goes over to that with slightly other numbers."""
+NEAR, FAR = 600, 1000
+"""Samples before a period in which a motion goes over to that a step of a finite difference away, and to that a step of
+a fit away, of which less may be left."""
 MOST_MOTIONS = 64
 """Motions that are kept."""
 SETTLED = 1e-5
@@ -101,13 +101,15 @@ def of_each_film(present: tuple[Effect, ...], own: tuple[Effect, ...]) -> tuple[
 
 
 def equip(
-    machine: Machine, also: tuple[str, ...] = (), scatter: bool = False, only: tuple[str, ...] | None = None
-) -> tuple[Machine, dict[str, int]]:
+    machine: Machine, also: tuple[str, ...] = (), scatter: bool = False, only: tuple[str, ...] | None = None,
+    bare: bool = False,
+) -> tuple[Machine, dict[str, int]]:  # fmt: skip
     """Machine with all candidates at neutral values, and the table number of each.
 
     An effect that may have several tables gets its own; a single one shares the machine's. Of several films each has
     a table. `also` adds effects
-    that are otherwise left out, `scatter` keeps those of the sensors, `only` limits the candidates.
+    that are otherwise left out, `scatter` keeps those of the sensors, `only` limits the candidates, to those that a
+    calibration turns as well unless the machine is to be `bare`.
     """
     base = {name: own for name, own in machine.effects.items() if scatter or REGISTRY[name].role != "scatter"}
     slots: dict[str, int] = {}
@@ -117,7 +119,7 @@ def equip(
         effect = REGISTRY[name]
         if effect.role == "scatter" or (effect.role == "asymmetric" and name not in also):
             continue
-        fixed = effect.role == "set" or effect.calibration_of(machine)
+        fixed = not bare and (effect.role == "set" or effect.calibration_of(machine))
         if only is not None and name not in only and not fixed:
             continue
         own = own_tables(effect, machine)
@@ -306,11 +308,13 @@ class Twin:
     scatter: bool = False
     only: tuple[str, ...] | None = None
     """Effects that can be candidates; all when None."""
+    bare: bool = False
+    """Whether those that a calibration turns are candidates only where `only` names them."""
 
     @cached_property
     def equipped(self) -> tuple[Machine, dict[str, int]]:
         """The machine that is simulated, and the table number of every candidate."""
-        machine, slots = equip(self.machine, self.also, self.scatter, self.only)
+        machine, slots = equip(self.machine, self.also, self.scatter, self.only, self.bare)
         # finer by the factor by which the machine's own step is finer than the usual one
         finer = min(self.machine.time_step / USUAL_STEP, 1.0)
         step = self.step if finer == 1.0 else RIG_SAMPLE / ceil(RIG_SAMPLE / (finer * self.step) - 1e-9)
@@ -329,17 +333,12 @@ class Twin:
     def _lean(self) -> dict[tuple[str, ...], Twin]:
         return {}
 
-    def lean(self, setting: Setting, near: Setting | None = None) -> Twin:
-        """The twin with the candidates alone that a setting turns: its runs have the same bits and cost less.
-
-        With a film a run may begin in the motion `near` it. Candidates of one of `PARTS` of the catalogue share the
-        twin then, and so that motion.
-        """
+    def lean(self, setting: Setting) -> Twin:
+        """The twin with the effects alone that a setting turns: its runs have the same bits and cost less."""
         names = turned_in(setting)
-        if near is not None and self.machine.film is not None and (new := {*names} - {*turned_in(near)}):
-            parts = np.array_split(np.array(sorted(self.slots)), PARTS)
-            names = tuple(sorted({*names}.union(*(part.tolist() for part in parts if new & {*part.tolist()}))))
-        return self._lean.setdefault(names, self.with_candidates(*names))
+        if names not in self._lean:
+            self._lean[names] = replace(self.with_candidates(*names), bare=True)
+        return self._lean[names]
 
     def with_candidates(self, *names: str) -> Twin:
         """The twin with these candidates, and those that add coordinates: other coordinates are other machine code."""
@@ -435,12 +434,13 @@ class Twin:
 
     def over_period(
         self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, length: int,
-        near: Setting | None = None,
+        near: Setting | None = None, led: Twin | None = None, lead: int = NEAR,
     ) -> np.ndarray:  # fmt: skip
         """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN without a solution.
 
-        The rows before lead there from the equilibrium, or the last `NEAR` of them from the motion of a `near` setting
-        where nothing takes longer.
+        The rows before lead there from the equilibrium, or the last `lead` of them (`NEAR` or `FAR`) from the motion of
+        a `near` setting where nothing takes longer. That is the motion of another lean twin, `led`, whose effects are
+        among those of this one.
         """
         if near is not None and (
             self._settles_slowly
@@ -448,35 +448,38 @@ class Twin:
             or any(_remembers(k) for k, v in setting.items() if near.get(k) != v)
         ):
             near = None
-        ahead, speed = len(rows) - length - NEAR, float(rows[0, 0])
+        ahead, speed = len(rows) - length - lead, float(rows[0, 0])
         own = (hash(rows.tobytes()), angle, pressure)
         try:
             if near is None or ahead < 0:
                 return self._led(setting, rows, angle, pressure, own)[0][-length:]
-            rest, moving = self._motions.get((_key(near), *own)) or self._led(near, rows, angle, pressure, own)[1]
+            led = led if led is not None and _is_laid_out_alike(self.assembly, led.assembly) else self
+            kept = led._motions.get((_key(near), *own)) or led._led(near, rows, angle, pressure, own)[1]
             a, regulator = self.set(setting), self.regulator(setting, speed, pressure)
             w = settle(a, speed, regulator)
-            moved = np.flatnonzero(rest != moving)
-            w[moved] = moving[moved]
+            _put_in_motion(w, a, led.assembly, kept[0], kept[1] if lead == FAR else kept[2])
             w[a.rotor.matrix_speed] = np.inf  # the matrices are formed anew
             w[a.rotor.angle], w[a.rotor.time] = angle + speed * RIG_SAMPLE * ahead, RIG_SAMPLE * ahead
             fed = rows[ahead:] + (regulator - pressure) * PRESSURE
-            return Simulation(a, w).advance(fed)[NEAR:, READ : READ + 5]
+            return Simulation(a, w).advance(fed)[lead:, READ : READ + 5]
         except FAILURES:
             return np.full((length, 5), np.nan)
 
     def _led(
         self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, own: tuple[Any, ...]
-    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """Readings (n, 5) over rows (n, 6) from the equilibrium, and the workspaces there and `NEAR` samples before the
-        end, which are kept."""
+    ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+        """Readings (n, 5) over rows (n, 6) from the equilibrium, and the workspaces there, `FAR` and `NEAR` samples
+        before the end, which are kept."""
         a, speed = self.set(setting), float(rows[0, 0])
         w = settle(a, speed, regulator := self.regulator(setting, speed, pressure))
         w[a.rotor.angle] = angle
-        rest, run, fed = w.copy(), Simulation(a, w), rows + (regulator - pressure) * PRESSURE
-        first = run.advance(fed[:-NEAR])
-        kept = self._keep((_key(setting), *own), (rest, w.copy()))
-        return np.concatenate([first, run.advance(fed[-NEAR:])])[:, READ : READ + 5], kept
+        run, fed = Simulation(a, w), rows + (regulator - pressure) * PRESSURE
+        parts, kept = [], [w.copy()]
+        for part in np.split(fed, [-FAR, -NEAR]):
+            parts.append(run.advance(part))
+            kept.append(w.copy())
+        motion = self._keep((_key(setting), *own), tuple(kept[:3]))
+        return np.concatenate(parts)[:, READ : READ + 5], motion
 
     def over_a_turn(
         self, setting: Setting, speed: float, pressure: float, angle: float, time: float
@@ -540,6 +543,28 @@ class Twin:
 
         filed = {k: v for k, v in setting.items() if getattr(REGISTRY.get(k.split(".")[0]), "port", "") != "supply"}
         return regulator_pressure(self.set(filed), speed, pressure)
+
+
+def _is_laid_out_alike(a: Assembly, b: Assembly) -> bool:
+    """Whether two assemblies of a machine have rotor, films, drive and actuators at the same places."""
+    stages = a.rig.old == b.rig.old and a.rig.n_stroke_states == b.rig.n_stroke_states
+    return stages and a.rotor._replace(turning=0) == b.rotor._replace(turning=0)
+
+
+def _put_in_motion(w: np.ndarray, a: Assembly, b: Assembly, rest: np.ndarray, moving: np.ndarray) -> None:
+    """Move a workspace w of `a` from rest as `moving` of `b` is moved from `rest`, whose effects `a` has too."""
+    end = a.rig.motion
+    moved = np.flatnonzero(rest[:end] != moving[:end])
+    w[moved] = moving[moved]
+    own = {call.record: call for call in a.calls}
+    for call in b.calls:
+        here, sizes = own[call.record], {"state": 0 if call.effect.port == "actuator" else call.effect.states}
+        sizes["slot"] = SLOT if call.effect.port == "motion" else 0
+        to, begin = here.numbers(a.rotor, a.rig), call.numbers(b.rotor, b.rig)
+        for name, size in sizes.items():
+            part = slice(begin[name], begin[name] + size)
+            changed = rest[part] != moving[part]
+            w[to[name] : to[name] + size][changed] = moving[part][changed]
 
 
 def turned_in(setting: Setting) -> tuple[str, ...]:

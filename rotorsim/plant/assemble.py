@@ -106,10 +106,14 @@ class Assembly:
         """
         other, own, flat = replace(self, record=record, w=w), self.parameters, cast(Any, record.view(np.uint8))
         if own.dtype != record.dtype:
-            asked = [function.asks for function, _ in used(self.calls)]
-            assert record[CALLS][0][asked, ADDRESS].all(), "a row of calls without an address"
-            other.__dict__["parameters"] = np.recarray((1,), own.dtype, buf=flat)[0]
+            assert record[CALLS][0][self._asked, ADDRESS].all(), "a row of calls without an address"
+            other.__dict__.update(parameters=np.recarray((1,), own.dtype, buf=flat)[0], _asked=self._asked)
         return other
+
+    @cached_property
+    def _asked(self) -> list[bool]:
+        """Which rows of calls hold the address of a kernel."""
+        return [function.asks for function, _ in used(self.calls)]
 
     @property
     def numbers(self) -> np.ndarray:

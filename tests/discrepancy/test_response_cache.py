@@ -118,6 +118,22 @@ def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_sa
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("key", ["ball_bearing.0.clearance", "sensor_delay.0.delay", "internal_damping.0.time",
+                                 "weak_injector.0.blocked", "hysteresis.0.weight"])  # fmt: skip
+def test_a_run_from_the_motion_of_the_machine_without_a_candidate_has_the_bits_of_one_from_its_own(key):
+    """A candidate that is off moves nothing, so that the motion of a twin without it is its motion."""
+    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4))
+    rows, t = np.zeros((4000, 6)), np.arange(4000) * 2e-4
+    rows[:, 0], rows[:, 1], rows[:, 2] = 2 * np.pi * 50, 0.4e6, 0.3 * np.cos(2 * np.pi * 45 * t)
+    values = {"unbalance.0.me": 2e-6, key: 1e-6 if "clearance" in key else 1e-4}
+    own, led = twin.lean(values), twin.lean({"unbalance.0.me": 2e-6})
+    assert own is not led and led.assembly.w.size <= own.assembly.w.size
+    found = [own.over_period(values, rows, 0.3, 0.4e6, 2000, {"unbalance.0.me": 2e-6}, one) for one in (None, led)]
+    np.testing.assert_array_equal(*found)
+    assert len(led._motions) == 1 and np.ptp(found[0][:, 0]) > 1e-7
+
+
+@pytest.mark.slow
 def test_steps_of_forms_with_other_options_go_on_from_one_motion(monkeypatch):
     """Options of an effect that is off change nothing: its forms' steps need one run from the equilibrium, not each."""
     twin = Twin(load_machine("dtu_gas_bearing"), (16, 4), only=("runout",))
@@ -130,7 +146,7 @@ def test_steps_of_forms_with_other_options_go_on_from_one_motion(monkeypatch):
     held = [origin.holding({"runout.0.phase_2x": phase}) for phase in (0.0, 0.5, 1.0)]
     here = comparison.predict(origin)
     columns = [comparison.column(point, size, here) for point in held]
-    assert len(led) == 2  # for the response there, and one motion near it; one for each form before
+    assert len(led) == 1  # for the response there, whose motion is that of all
     direct = (comparison.predict(held[2].moved([size], np.array([1e-6]))) - here) / 1e-6
     assert np.linalg.norm(columns[2] - direct) < 0.02 * np.linalg.norm(direct)
     assert np.linalg.norm(columns[2] - columns[0]) > 0.1 * np.linalg.norm(direct)
