@@ -48,11 +48,11 @@ def _times_inverse(w, y, inverse):
         w[y + LANES + b] = real * w[inverse + LANES + b] + imag * w[inverse + b]
 
 
-def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w):
+def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w, shares):
     """Rows of base + s slope without their first `count` columns, by columns of the pattern, at s (PLACE,), a place.
 
     `w` has room for the places, with the factors in the end, and behind them for the inverse pivots (count,); `place`
-    is room for the places of a row.
+    is room for the places of a row. `shares` (k, 2, LANES) become products of `TOGETHER` pivots over their diagonal.
     """
     wide_vectors()
     inverse = PLACE * len(columns)
@@ -75,23 +75,29 @@ def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w):
                 size = x * x + y * y  # 0 / 0 for a pivot of 0: a frequency at a cell's own decay has no factors
                 w[to + b] = x / size
                 w[to + LANES + b] = -y / size
+                real, imag = abs(base[diagonal[i]]) + slope[diagonal[i]] * s[b], slope[diagonal[i]] * s[LANES + b]
+                share = complex(x, y) * complex(real, -imag) / (real * real + imag * imag)
+                if i % TOGETHER > 0:
+                    share *= complex(shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b])
+                shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b] = share.real, share.imag
 
 
-def _substitute(starts, columns, diagonal, w, place, adjoint, x):
-    """A^-1 x in place of x (count, LANES), with `adjoint` A^-H x, by the factors that `_eliminate` leaves in w.
+def _substitute(starts, columns, diagonal, order, w, place, adjoint, x, begin):
+    """A^-1 x for LANES columns of x (count, k) from one on, with `adjoint` A^-H x, by what `_eliminate` leaves in w.
 
-    Behind those w has room for x; `place` is room for its places.
+    Behind the factors w has room for them; `place` is room for their places.
     """
     wide_vectors()
-    count = len(x)
+    count, width = len(order), min(x.shape[1] - begin, LANES)
     inverse = PLACE * len(columns)
     own, sign = inverse + PLACE * count, -1.0 if adjoint else 1.0
     # A^-H x is the conjugate of A^-T conj(x): the factors are taken as they are
     for i in range(count):
         place[i] = own + PLACE * i
         for b in range(LANES):
-            w[place[i] + b] = x[i, b].real
-            w[place[i] + LANES + b] = sign * x[i, b].imag
+            value = x[order[i], begin + b] if b < width else 0j
+            w[place[i] + b] = value.real
+            w[place[i] + LANES + b] = sign * value.imag
     for n in range(2 * count):
         lower = (n < count) != adjoint
         i = n if n < count else 2 * count - 1 - n
@@ -107,8 +113,8 @@ def _substitute(starts, columns, diagonal, w, place, adjoint, x):
             if not lower:
                 _times_inverse(w, place[i], inverse + PLACE * i)
     for i in range(count):
-        for b in range(LANES):
-            x[i, b] = complex(w[place[i] + b], sign * w[place[i] + LANES + b])
+        for b in range(width):
+            x[order[i], begin + b] = complex(w[place[i] + b], sign * w[place[i] + LANES + b])
 
 
 @cache
@@ -248,26 +254,25 @@ class FilmFactors:
 
     def __del__(self) -> None:
         """Give the rooms of the factors back."""
-        for w in self.__dict__.get("_groups", ()):
+        for w, _ in self.__dict__.get("_groups", ()):
             _given_back.append(w)
 
     @cached_property
-    def _groups(self) -> list[np.ndarray]:
-        """Room of the kernels with the factors at some of the frequencies; the last one fills a group up."""
+    def _groups(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Room of the kernels with the factors at some of the frequencies, and shares of the determinant there.
+
+        The last group is filled up.
+        """
         pattern, base, slope = self.response._parts
-        n, found = len(pattern.order), list[np.ndarray]()
+        n, found = len(pattern.order), list[tuple[np.ndarray, np.ndarray]]()
         place, fill = np.zeros(len(pattern.starts) - 1, np.int64), -len(self.s) % LANES
         for s in np.pad(self.s.astype(complex), (0, fill), "edge").reshape(-1, LANES):
-            w = _room(PLACE * (len(base) + 2 * n))
+            w, shares = _room(PLACE * (len(base) + 2 * n)), np.empty((-(-n // TOGETHER), 2, LANES))
             parts = np.concatenate([s.real, s.imag])
-            _compiled()[0](pattern.starts, pattern.columns, pattern.diagonal, base, slope, place, n, parts, w)
-            found.append(w)
+            filled_in = pattern.starts, pattern.columns, pattern.diagonal, base, slope, place, n, parts, w, shares
+            _compiled()[0](*filled_in)
+            found.append((w, shares))
         return found
-
-    def _at(self, places: np.ndarray) -> np.ndarray:
-        """Values (*places, k) of places of the pattern after elimination."""
-        parts = [w[: PLACE * len(self.response._parts[1])].reshape(-1, 2, LANES)[places] for w in self._groups]
-        return np.concatenate([one[..., 0, :] + 1j * one[..., 1, :] for one in parts], axis=-1)[..., : len(self.s)]
 
     @property
     def log(self) -> np.ndarray:
@@ -275,26 +280,22 @@ class FilmFactors:
 
         The diagonal counts with its values at s = 0 above 0, so that its roots are real and negative.
         """
-        pattern, base, slope = self.response._parts
-        own = np.abs(base[pattern.diagonal, None]) + slope[pattern.diagonal, None] * self.s
-        n = len(pattern.order)
-        shares = self._at(pattern.diagonal) / own
-        return np.asarray(np.log(np.multiply.reduceat(shares, np.arange(0, n, TOGETHER))).sum(axis=0))
+        shares = np.concatenate([shares for _, shares in self._groups], axis=2)[..., : len(self.s)]
+        return np.asarray(np.log(shares[:, 0] + 1j * shares[:, 1]).sum(axis=0))
 
     @cached_property
     def Z(self) -> np.ndarray:
         """Dynamic stiffness (k, q, q) [N/m]."""
-        return -self._at(self.response._parts[0].last).transpose(2, 0, 1)
+        last, size = self.response._parts[0].last, PLACE * len(self.response._parts[1])
+        parts = [w[:size].reshape(-1, 2, LANES)[last] for w, _ in self._groups]
+        found = np.concatenate([one[..., 0, :] + 1j * one[..., 1, :] for one in parts], axis=2)
+        return -found.transpose(2, 0, 1)[: len(self.s)]
 
     def solve(self, b: np.ndarray, adjoint: bool = False) -> np.ndarray:
         """A^-1 b, or A^-H b, for b (n, k) of one column a frequency; with one frequency for any columns."""
-        pattern = self.response._parts[0]
-        x, place = np.empty(b.shape, complex), np.zeros(len(b), np.int64)
+        pattern, x = self.response._parts[0], np.array(b, complex, order="C")
+        place = np.zeros(len(b), np.int64)
         for k in range(0, b.shape[1], LANES):
-            columns, w = slice(k, k + LANES), self._groups[0 if len(self.s) == 1 else k // LANES]
-            part = np.zeros((len(b), LANES), complex)
-            own = b[pattern.order, columns]
-            part[:, : own.shape[1]] = own
-            _compiled()[1](pattern.starts, pattern.columns, pattern.diagonal, w, place, adjoint, part)
-            x[pattern.order, columns] = part[:, : own.shape[1]]
+            w, _ = self._groups[0 if len(self.s) == 1 else k // LANES]
+            _compiled()[1](pattern.starts, pattern.columns, pattern.diagonal, pattern.order, w, place, adjoint, x, k)
         return x
