@@ -387,6 +387,68 @@ def _clear(lanes: int) -> Any:
 _clear_8, _clear_4 = _clear(8), _clear(4)
 
 
+def _less_complex(lanes: int, gather: bool) -> Any:
+    """Intrinsic y = y - a x for complex numbers in `lanes`, real parts before imaginary ones, at places of a pattern.
+
+    For each f of a range j is place[columns[f]], and x stands at 2 f lanes. One a serves all y at j; with `gather` all
+    a at j serve one y.
+    """
+
+    @intrinsic
+    def less(typing, w, one, place, columns, first, last):
+        def generate(context, builder, signature, args):
+            data, places, numbers = (_data(context, builder, signature.args[k], args[k]) for k in (0, 2, 3))
+            one, first, last = args[1], args[4], args[5]
+            size = ir.Constant(one.type, lanes)
+
+            def at(offset: Any) -> list[Any]:
+                return [_vector_at(builder, data, start, lanes) for start in (offset, builder.add(offset, size))]
+
+            def load(offset: Any) -> list[Any]:
+                return [builder.load(vector, align=8) for vector in at(offset)]
+
+            def left(y: list[Any], a: list[Any], x: list[Any]) -> list[Any]:
+                real = builder.fsub(builder.fmul(a[0], x[0]), builder.fmul(a[1], x[1]))
+                imag = builder.fadd(builder.fmul(a[0], x[1]), builder.fmul(a[1], x[0]))
+                return [builder.fsub(y[0], real), builder.fsub(y[1], imag)]
+
+            def store(values: list[Any], offset: Any) -> None:
+                for value, vector in zip(values, at(offset), strict=True):
+                    builder.store(value, vector, align=8)
+
+            fixed, sums = load(one), [cgutils.alloca_once(builder, ir.VectorType(_DOUBLE, lanes)) for _ in range(2)]
+            for value, total in zip(fixed if gather else [], sums, strict=False):
+                builder.store(value, total)
+            with cgutils.for_range_slice(builder, first, last, ir.Constant(one.type, 1)) as (f, _):
+                j = builder.load(builder.gep(places, [builder.load(builder.gep(numbers, [f]))]))
+                x = load(builder.mul(f, ir.Constant(one.type, 2 * lanes)))
+                if gather:
+                    for value, total in zip(left([builder.load(s) for s in sums], load(j), x), sums, strict=True):
+                        builder.store(value, total)
+                else:
+                    store(left(load(j), fixed, x), j)
+            if gather:
+                store([builder.load(total) for total in sums], one)
+            return context.get_dummy_value()
+
+        return types.none(w, types.intp, place, columns, types.intp, types.intp), generate
+
+    def plain(w: Any, one: int, place: Any, columns: Any, first: int, last: int) -> None:
+        def value(offset: int) -> Any:
+            return w[offset : offset + lanes] + 1j * w[offset + lanes : offset + 2 * lanes]
+
+        for f in range(first, last):
+            j = int(place[columns[f]])
+            y, a = (one, j) if gather else (j, one)
+            found = value(y) - value(a) * value(2 * lanes * f)
+            w[y : y + lanes], w[y + lanes : y + 2 * lanes] = found.real, found.imag
+
+    return plain if config.DISABLE_JIT else less
+
+
+_less_complex_8, _less_complex_sum_8 = _less_complex(8, False), _less_complex(8, True)
+
+
 def _dot_plain(w: Any, x: int, y: int, n: int) -> float:
     parts = [sum((float(w[x + k] * w[y + k]) for k in range(lane, n, LANES)), 0.0) for lane in range(LANES)]
     while len(parts) > 1:
@@ -592,6 +654,18 @@ def less_product(w, y, a, b, c, n):
         done = k + 4
     for k in range(done, n):
         w[y + k] = w[a + k] - w[b + k] * w[c + k]
+
+
+@inlined
+def less_complex_products(w, a, place, columns, first, last):
+    """y = y - a x for eight complex numbers at once: x of the places of a row, y at place[column] of each."""
+    _less_complex_8(w, a, place, columns, first, last)
+
+
+@inlined
+def less_complex_sum(w, y, place, columns, first, last):
+    """y = y - sum a x for eight complex numbers at once: x of the places of a row, a at place[column] of each."""
+    _less_complex_sum_8(w, y, place, columns, first, last)
 
 
 @inlined

@@ -263,7 +263,8 @@ class DesignReview:
 
     def motion(self, case: str, z: float) -> np.ndarray:
         """Motion (speed,) [m, pk-pk] at a place under a case of unbalance."""
-        return np.asarray(2 * self.responses["major"].sel(case=case).sel(z=z, method="nearest").values)
+        number = [one.name for one in self.cases].index(case)
+        return np.asarray(2 * self.responses["major"].values[number, :, _nearest(self.responses, z)])
 
 
 def design_review(
@@ -679,13 +680,19 @@ def _scales(
 
     NaN where no response is steady there.
     """
-    steady = responses["major"].where(responses["zeta_least"] >= 0).sel(z=list(probes.values()), method="nearest")
+    steady = np.where(responses["zeta_least"].values[:, None] >= 0, responses["major"].values, np.nan)
     at = operating(responses["speed"].values, *speeds)
+    planes = [_nearest(responses, z) for z in probes.values()]
     found = {}
-    for case in cases[:-1]:
-        largest = 2 * float(np.nanmax(steady.sel(case=case.name).values[at], initial=-np.inf))
+    for case, sizes in zip(cases[:-1], steady, strict=False):
+        largest = 2 * float(np.nanmax(sizes[at][:, planes], initial=-np.inf))
         found[case.name] = standards.scale_factor(largest, speeds[1]) if np.isfinite(largest) else float("nan")
     return found
+
+
+def _nearest(responses: xr.Dataset, z: float) -> int:
+    """Number of the place of responses that is nearest to a position [m]."""
+    return int(np.abs(responses["z"].values - z).argmin())
 
 
 def operating(at: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -708,11 +715,12 @@ def _clearances(
     Speeds at which a mode grows are left out.
     """
     steady = steady_up_to(responses, high)
+    major = dict(
+        zip(steady["case"].values.tolist(), steady["major"].transpose("case", "speed", "z").values, strict=True)
+    )
     for place, z, gap in gaps:
-        motions = {
-            name: 2 * scale * steady["major"].sel(case=name).sel(z=z, method="nearest").values
-            for name, scale in scales.items()
-        }
+        at = _nearest(steady, z)
+        motions = {name: 2 * scale * major[name][:, at] for name, scale in scales.items()}
         best = max(motions, key=lambda name: float(np.nanmax(motions[name], initial=-np.inf)), default="")
         sizes = motions[best]
         if not np.isfinite(sizes).any():

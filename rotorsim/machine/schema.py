@@ -61,8 +61,14 @@ class Machine(MachineTables):
     @property
     def hash(self) -> str:
         """Short hash of the content; comments, spelling and the table `checked` (no run needs it) do not matter."""
-        content = dumps(self.model_copy(update={"checked": None}))
-        return hashlib.sha256(content.encode()).hexdigest()[:16]
+        return self.text_and_hash[1]
+
+    @property
+    def text_and_hash(self) -> tuple[str, str]:
+        """Both, written once where the machine has no table `checked`."""
+        text = self.text
+        content = text if self.checked is None else self.model_copy(update={"checked": None}).text
+        return text, hashlib.sha256(content.encode()).hexdigest()[:16]
 
     def replace(self, path: str, value: Any) -> Machine:
         """The machine with another value at a dotted path: ``replace("effects.unbalance.me", "12 g*mm")``.

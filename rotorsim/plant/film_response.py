@@ -16,7 +16,8 @@ Cites: duff_2017.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 from typing import Any
@@ -27,80 +28,93 @@ from scipy.sparse.linalg import splu
 
 from reynolds.jit import inlined, kernel
 from reynolds.perturbation import LinearFilm
+from reynolds.vectors import less_complex_products, less_complex_sum, wide_vectors
+from reynolds.workspace import at_cache_line
 
-TOGETHER, LANES = 16, 4
-"""Most frequencies that go through the pattern together, and the number whose multiples the processor takes at once."""
+LANES = 8
+"""Frequencies, or columns at one frequency, that go through the pattern together: as many as a vector has."""
+PLACE = 2 * LANES
+"""Numbers of a place: real parts, then imaginary ones."""
+TOGETHER = 16
+"""Pivots over their diagonal that are multiplied before their logarithm is taken."""
 
 
-def _eliminate(starts, columns, diagonal, base, slope, place, count, s, re, im, pivots):
-    """Rows of base + s slope without their first `count` columns, by columns of the pattern, at s (k,).
+@inlined
+def _times_inverse(w, y, inverse):
+    """Complex numbers at y over a pivot whose inverse is given."""
+    for b in range(LANES):
+        real, imag = w[y + b], w[y + LANES + b]
+        w[y + b] = real * w[inverse + b] - imag * w[inverse + LANES + b]
+        w[y + LANES + b] = real * w[inverse + LANES + b] + imag * w[inverse + b]
 
-    `pivots` (count, k) are the diagonal after elimination; `re`, `im` (places, k) have the factors,
-    `place` is room for the places of a row.
+
+def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w, shares):
+    """Rows of base + s slope without their first `count` columns, by columns of the pattern, at s (PLACE,), a place.
+
+    `w` has room for the places, with the factors in the end, and behind them for the inverse pivots (count,); `place`
+    is room for the places of a row. `shares` (k, 2, LANES) become products of `TOGETHER` pivots over their diagonal.
     """
+    wide_vectors()
+    inverse = PLACE * len(columns)
     for i in range(len(starts) - 1):
         for e in range(starts[i], starts[i + 1]):
-            place[columns[e]] = e
-            for b in range(len(s)):
-                re[e, b] = base[e] + slope[e] * s[b].real
-                im[e, b] = slope[e] * s[b].imag
+            place[columns[e]] = PLACE * e
+            for b in range(LANES):
+                w[PLACE * e + b] = base[e] + slope[e] * s[b]
+                w[PLACE * e + LANES + b] = slope[e] * s[LANES + b]
         for e in range(starts[i], starts[i + 1]):
             k = columns[e]
             if k >= i or k >= count:
                 break
-            for b in range(len(s)):
-                p = pivots[k, b]
-                size = p.real * p.real + p.imag * p.imag
-                x, y = re[e, b], im[e, b]
-                re[e, b] = (x * p.real + y * p.imag) / size
-                im[e, b] = (y * p.real - x * p.imag) / size
-            for f in range(diagonal[k] + 1, starts[k + 1]):
-                t = place[columns[f]]
-                for b in range(len(s)):
-                    re[t, b] -= re[e, b] * re[f, b] - im[e, b] * im[f, b]
-                    im[t, b] -= re[e, b] * im[f, b] + im[e, b] * re[f, b]
+            _times_inverse(w, PLACE * e, inverse + PLACE * k)
+            less_complex_products(w, PLACE * e, place, columns, diagonal[k] + 1, starts[k + 1])
         if i < count:
-            for b in range(len(s)):
-                pivots[i, b] = complex(re[diagonal[i], b], im[diagonal[i], b])
+            own, to = PLACE * diagonal[i], inverse + PLACE * i
+            for b in range(LANES):
+                x, y = w[own + b], w[own + LANES + b]
+                size = x * x + y * y  # 0 / 0 for a pivot of 0: a frequency at a cell's own decay has no factors
+                w[to + b] = x / size
+                w[to + LANES + b] = -y / size
+                real, imag = abs(base[diagonal[i]]) + slope[diagonal[i]] * s[b], slope[diagonal[i]] * s[LANES + b]
+                share = complex(x, y) * complex(real, -imag) / (real * real + imag * imag)
+                if i % TOGETHER > 0:
+                    share *= complex(shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b])
+                shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b] = share.real, share.imag
 
 
-@inlined
-def _over(x, pivot):
-    """x / pivot, NaN for a pivot of 0: a frequency at a cell's own decay has no factors."""
-    return x / pivot if pivot != 0.0 else complex(np.nan, np.nan)
+def _substitute(starts, columns, diagonal, order, w, place, adjoint, x, begin):
+    """A^-1 x for LANES columns of x (count, k) from one on, with `adjoint` A^-H x, by what `_eliminate` leaves in w.
 
-
-def _substitute(starts, columns, diagonal, re, im, pivots, adjoint, x):
-    """A^-1 x in place of x (count, k), with `adjoint` A^-H x, by the factors that `_eliminate` leaves."""
-    count, width = x.shape
-    if adjoint:
-        for i in range(count):
-            for b in range(width):
-                x[i, b] = _over(x[i, b], pivots[i, b].conjugate())
-            for f in range(diagonal[i] + 1, starts[i + 1]):
-                j = columns[f]
-                if j >= count:
-                    break
-                for b in range(width):
-                    x[j, b] -= complex(re[f, b], -im[f, b]) * x[i, b]
-        for i in range(count - 1, -1, -1):
-            for e in range(starts[i], diagonal[i]):
-                for b in range(width):
-                    x[columns[e], b] -= complex(re[e, b], -im[e, b]) * x[i, b]
-    else:
-        for i in range(count):
-            for e in range(starts[i], diagonal[i]):
-                for b in range(width):
-                    x[i, b] -= complex(re[e, b], im[e, b]) * x[columns[e], b]
-        for i in range(count - 1, -1, -1):
-            for f in range(diagonal[i] + 1, starts[i + 1]):
-                j = columns[f]
-                if j >= count:
-                    break
-                for b in range(width):
-                    x[i, b] -= complex(re[f, b], im[f, b]) * x[j, b]
-            for b in range(width):
-                x[i, b] = _over(x[i, b], pivots[i, b])
+    Behind the factors w has room for them; `place` is room for their places.
+    """
+    wide_vectors()
+    count, width = len(order), min(x.shape[1] - begin, LANES)
+    inverse = PLACE * len(columns)
+    own, sign = inverse + PLACE * count, -1.0 if adjoint else 1.0
+    # A^-H x is the conjugate of A^-T conj(x): the factors are taken as they are
+    for i in range(count):
+        place[i] = own + PLACE * i
+        for b in range(LANES):
+            value = x[order[i], begin + b] if b < width else 0j
+            w[place[i] + b] = value.real
+            w[place[i] + LANES + b] = sign * value.imag
+    for n in range(2 * count):
+        lower = (n < count) != adjoint
+        i = n if n < count else 2 * count - 1 - n
+        first, last = (starts[i], diagonal[i]) if lower else (diagonal[i] + 1, starts[i + 1])
+        while last > first and columns[last - 1] >= count:
+            last -= 1
+        if adjoint:
+            if not lower:
+                _times_inverse(w, place[i], inverse + PLACE * i)
+            less_complex_products(w, place[i], place, columns, first, last)
+        else:
+            less_complex_sum(w, place[i], place, columns, first, last)
+            if not lower:
+                _times_inverse(w, place[i], inverse + PLACE * i)
+    for i in range(count):
+        for b in range(width):
+            x[order[i], begin + b] = complex(w[place[i] + b], sign * w[place[i] + LANES + b])
 
 
 @cache
@@ -218,6 +232,19 @@ class FilmResponse:
         return K.copy(), C.copy()
 
 
+_given_back: deque[np.ndarray] = deque(maxlen=16)
+"""Rooms of factors that are no longer needed: the pages of new memory cost more time than what is put into them."""
+
+
+def _room(size: int) -> np.ndarray:
+    """Room for factors, with whatever was left in it."""
+    with suppress(IndexError):
+        w = _given_back.pop()
+        if len(w) == size:
+            return w
+    return at_cache_line(size)
+
+
 @dataclass(frozen=True, eq=False)
 class FilmFactors:
     """Factors of A at frequencies s (k,) [rad/s]."""
@@ -225,19 +252,26 @@ class FilmFactors:
     response: FilmResponse
     s: np.ndarray
 
+    def __del__(self) -> None:
+        """Give the rooms of the factors back."""
+        for w, _ in self.__dict__.get("_groups", ()):
+            _given_back.append(w)
+
     @cached_property
-    def _groups(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Values by place, real and imaginary, and pivots at some of the frequencies; the last one fills a group up."""
+    def _groups(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Room of the kernels with the factors at some of the frequencies, and shares of the determinant there.
+
+        The last group is filled up.
+        """
         pattern, base, slope = self.response._parts
-        n, found = len(pattern.order), []
-        room = np.zeros(len(pattern.starts) - 1, np.int64)
-        width = len(self.s) if len(self.s) == 1 else -(-len(self.s) // LANES) * LANES
-        padded = np.pad(self.s.astype(complex), (0, width - len(self.s)), "edge")
-        for k in range(0, width, TOGETHER):
-            s = padded[k : k + TOGETHER]
-            re, im, pivots = *np.empty((2, len(base), len(s))), np.empty((n, len(s)), complex)
-            _compiled()[0](pattern.starts, pattern.columns, pattern.diagonal, base, slope, room, n, s, re, im, pivots)
-            found.append((re, im, pivots))
+        n, found = len(pattern.order), list[tuple[np.ndarray, np.ndarray]]()
+        place, fill = np.zeros(len(pattern.starts) - 1, np.int64), -len(self.s) % LANES
+        for s in np.pad(self.s.astype(complex), (0, fill), "edge").reshape(-1, LANES):
+            w, shares = _room(PLACE * (len(base) + 2 * n)), np.empty((-(-n // TOGETHER), 2, LANES))
+            parts = np.concatenate([s.real, s.imag])
+            filled_in = pattern.starts, pattern.columns, pattern.diagonal, base, slope, place, n, parts, w, shares
+            _compiled()[0](*filled_in)
+            found.append((w, shares))
         return found
 
     @property
@@ -246,36 +280,22 @@ class FilmFactors:
 
         The diagonal counts with its values at s = 0 above 0, so that its roots are real and negative.
         """
-        pattern, base, slope = self.response._parts
-        own = np.abs(base[pattern.diagonal, None]) + slope[pattern.diagonal, None] * self.s
-        pivots = np.hstack([one[2] for one in self._groups])[:, : len(self.s)]
-        return np.asarray(np.log(pivots / own).sum(axis=0))
+        shares = np.concatenate([shares for _, shares in self._groups], axis=2)[..., : len(self.s)]
+        return np.asarray(np.log(shares[:, 0] + 1j * shares[:, 1]).sum(axis=0))
 
     @cached_property
     def Z(self) -> np.ndarray:
         """Dynamic stiffness (k, q, q) [N/m]."""
-        last = self.response._parts[0].last
-        found = np.concatenate([-(re[last] + 1j * im[last]) for re, im, _ in self._groups], axis=2)
-        return found.transpose(2, 0, 1)[: len(self.s)]
+        last, size = self.response._parts[0].last, PLACE * len(self.response._parts[1])
+        parts = [w[:size].reshape(-1, 2, LANES)[last] for w, _ in self._groups]
+        found = np.concatenate([one[..., 0, :] + 1j * one[..., 1, :] for one in parts], axis=2)
+        return -found.transpose(2, 0, 1)[: len(self.s)]
 
     def solve(self, b: np.ndarray, adjoint: bool = False) -> np.ndarray:
         """A^-1 b, or A^-H b, for b (n, k) of one column a frequency; with one frequency for any columns."""
-        pattern = self.response._parts[0]
-        x = np.empty(b.shape, complex)
-        for columns, factors in self._columns(b.shape[1]):
-            width = factors[0].shape[1]
-            part = np.zeros((len(b), width), complex)
-            own = b[pattern.order, columns]
-            part[:, : own.shape[1]] = own
-            _compiled()[1](pattern.starts, pattern.columns, pattern.diagonal, *factors, adjoint, part)
-            x[pattern.order, columns] = part[:, : own.shape[1]]
+        pattern, x = self.response._parts[0], np.array(b, complex, order="C")
+        place = np.zeros(len(b), np.int64)
+        for k in range(0, b.shape[1], LANES):
+            w, _ = self._groups[0 if len(self.s) == 1 else k // LANES]
+            _compiled()[1](pattern.starts, pattern.columns, pattern.diagonal, pattern.order, w, place, adjoint, x, k)
         return x
-
-    def _columns(self, count: int) -> Iterator[tuple[slice, tuple[np.ndarray, np.ndarray, np.ndarray]]]:
-        """Columns of b with the factors that they need."""
-        if len(self.s) == 1:
-            for k in range(count):
-                yield slice(k, k + 1), self._groups[0]
-        else:
-            for k, factors in enumerate(self._groups):
-                yield slice(k * TOGETHER, (k + 1) * TOGETHER), factors

@@ -97,7 +97,8 @@ class Plant(Shown):
 
     @cached_property
     def _stated(self) -> dict[str, str]:
-        return {"machine": self.machine.text, "machine_hash": self.machine.hash}
+        text, digest = self.machine.text_and_hash
+        return {"machine": text, "machine_hash": digest}
 
     @cached_property
     def assembly(self) -> Assembly:
