@@ -82,7 +82,7 @@ from rotorsim.discrepancy.fit import (
     relinearised,
     strained,
 )
-from rotorsim.discrepancy.force_shape import ForceShape, shape_of
+from rotorsim.discrepancy.force_shape import shape_of
 from rotorsim.discrepancy.gap import (
     equivalent_force,
     gap_dataset,
@@ -434,8 +434,8 @@ class DiagnosisRun:
     """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
     contradiction: str = field(default="", init=False)
     """Sentence on a stated accuracy that contradicts the records."""
-    shape: ForceShape | None = field(default=None, init=False, repr=False)
-    """The force of free shape that explains best what no effect and no law does."""
+    open: tuple[ObservedPlaces, ParameterFit] | None = field(default=None, init=False, repr=False)
+    """Observed places, and their calibration, of groups that no effect and no law explains."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
@@ -613,7 +613,7 @@ class DiagnosisRun:
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
-            self.shape = shape_of(seen["fit"], base) if unanswered and flags else None
+            self.open = (seen["fit"], base) if unanswered and flags else None
             found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
@@ -632,6 +632,7 @@ class DiagnosisRun:
         if open_still:
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
+        self.open = None
         given = self._result(base, flags, nothing, None, notes)
         return replace(given, status="stochastic", stochastic=other.found[0])
 
@@ -1054,7 +1055,7 @@ class DiagnosisRun:
             worse=judgement.worse,
             reason=judgement.reason,
             contradiction=self.contradiction,
-            shape=self.shape if verdict.status in ("unknown", "partial") else None,
+            shape=shape_of(*self.open) if self.open and verdict.status in ("unknown", "partial") else None,
         )
 
     def _odds(

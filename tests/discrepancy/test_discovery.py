@@ -811,9 +811,10 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=
     verdict = SearchVerdict("named", fits[best], tried=tuple(fits))
     models = SimpleNamespace(twin=SimpleNamespace(machine=machine))
     part = SimpleNamespace(with_twin=lambda twin: part, sigma=np.ones(1))
-    for name, value in (("laws_of", laws), ("CompiledModels.of", models), ("own_resonance", False)):
+    for name, value in (("laws_of", laws), ("CompiledModels.of", models), ("own_resonance", False),
+                        ("stability_of", None)):  # fmt: skip
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
-    monkeypatch.setattr(f"{room}.discovered", lambda law, effect, p, near, seen, left: (law.names, list(near)))
+    monkeypatch.setattr(f"{room}.discovered", lambda law, effect, p, near, *others: (law.names, list(near)))
     for name, value in (("_name", (verdict, None)), ("_judged", Judgement(verdict, tuple(odds))),
                         ("_as_exact_as_shown", (fits[best], [])), ("_result", Stated(effects=(None,)))):  # fmt: skip
         monkeypatch.setattr(DiagnosisRun, name, lambda *given, value=value: value)
@@ -913,6 +914,7 @@ def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or
     monkeypatch.setattr(run, "_moved_by", lambda law, base: (replace(law, cost=at[law.place]), moved))
     monkeypatch.setattr(run, "_seen", lambda part, fit: seen)
     monkeypatch.setattr(run, "_result", lambda *given: Stated(gap=gap))
+    monkeypatch.setattr(f"{room}.stability_of", lambda *given: None)
     monkeypatch.setattr(f"{room}.remembered", lambda parts, before, laws, known: {"fit": np.zeros(3)})
     monkeypatch.setattr(f"{room}.rms", lambda part, left: np.zeros((1, 2)))
     found = run._of_memory(base, [], laws, 1e3, [])
