@@ -1,4 +1,4 @@
-r"""Forces and changes that do not repeat: a random force at a place, a line between orders, drifts between records.
+r"""What does not repeat: a random force at a place, a line between orders, a speed that wanders, drifts of records.
 
 A force that repeats with no period leaves the blocks of a record apart. Their deviations d from their mean have
 
@@ -10,6 +10,9 @@ record. S, sigma and the place follow from Whittle's likelihood over all records
 records that repeat each other a number of the machine may have changed: their difference is a step along the
 sensitivities of one part of it. Records have no time: the steps' sizes are known, not their senses. A law is known from
 a drift by what it explains where the numbers of that part may differ from record to record.
+
+Where the speed wanders, the shaft is ahead of its mean by an angle phi in a block, or behind: the lines q of both
+probes at 1X then move along one direction of all, i phi q, by which it is known from forces.
 
 What is compared of two records is what the calibration leaves of each: their speeds may differ a little.
 
@@ -38,6 +41,8 @@ from rotorsim.discrepancy.twin import Twin
 
 CLEAR_GAIN = 100.0
 """Twice the gain in log-likelihood from which on a random force is stated."""
+WHOLE_TURNS = 0.02
+"""Distance of 1X to a line of a block, in lines, up to which the block holds whole turns."""
 SAME_PLACE = 6.0
 """Twice the difference in log-likelihood within which places are not distinguished."""
 LOUD = 5.0
@@ -63,7 +68,9 @@ CHANGES = {".me~": "the unbalance [kg m]", ".k": "the relative compliance", ".c"
 """Words for numbers of the calibration, by a part of their keys."""
 ONE_PLACE = 1e-6
 """Distance [m] within which two places are one."""
-PARTS = ("bearing", "unbalance", "shaft_stiffness", "shaft_damping")
+TURNING_PART = "unbalance"
+"""Beginning of the keys of a part that turns with the shaft."""
+PARTS = ("bearing", TURNING_PART, "shaft_stiffness", "shaft_damping")
 """Beginnings of the calibration's keys whose numbers may drift."""
 
 
@@ -71,10 +78,10 @@ PARTS = ("bearing", "unbalance", "shaft_stiffness", "shaft_damping")
 class StochasticForce:
     """A force or a change that does not repeat, with its place.
 
-    kind : 'broadband force', 'line' or 'drift'
+    kind : 'broadband force', 'line', 'drift' or 'speed wander'
     place : disc, bearing or part; `others` cannot be distinguished from it
     size, sd : of a broadband force [N/sqrt(Hz)] and of a line [N rms] along x and y; of a drift the change of `what`,
-        root mean square over records that repeat each other
+        root mean square over records that repeat each other; of a speed that wanders the shaft's angle [rad rms]
     order : share of the speed of a line, 0 without one
     gain : twice the gain in log-likelihood against none
     """
@@ -99,6 +106,9 @@ class StochasticForce:
                 f"drift at {self.place}{others}, {self.what} changes by {self.size[0]:.3g} +- {self.sd[0]:.2g} (root "
                 "mean square) between records that repeat each other"
             )
+        if self.kind == "speed wander":
+            size, sd = np.degrees([self.size[0], self.sd[0]])
+            return f"speed wander, the shaft's angle at 1X scatters by {size:.3g} +- {sd:.2g} deg rms between blocks"
         sizes = " and ".join(f"{value:.3g} +- {sd:.2g}" for value, sd in zip(self.size, self.sd, strict=True))
         at = f" at {self.order:.2f} of the speed" if self.order else ""
         others = f" (or {', '.join(self.others)})" if self.others else ""
@@ -251,6 +261,38 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
                            (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
 
 
+def speed_wander(trials: Sequence[Trial]) -> StochasticForce | None:
+    """The wander of the speed that the phase of the lines at 1X shows; None where they scatter in all directions.
+
+    Twice the gain in log-likelihood is that of a variance along i q of its own over one for all directions, in each
+    record with whole turns in a block.
+    """
+    gain, squares, freedom = 0.0, 0.0, 0
+    for t in trials:
+        turns = abs(t.speed) / (2 * np.pi * t.frequencies[1])
+        k, n = round(turns), t.blocks - 1
+        if not t.periodic or n < 1 or t.orders or not 0 < k < len(t.frequencies) or abs(turns - k) > WHOLE_TURNS:
+            continue
+        lines = t.spectra[:, : len(t.channels), k]
+        q, d, m = lines.mean(axis=0), lines - lines.mean(axis=0), 2 * lines.shape[1]
+        size = float(np.linalg.norm(q))
+        if size == 0.0 or m < 4:
+            continue
+        along = float(np.sum((d @ (1j * q / size).conj()).real ** 2)) / n
+        others = (float(np.sum(np.abs(d) ** 2)) / n - along) / (m - 1)
+        if others <= 0.0:
+            continue
+        pooled = (along + (m - 1) * others) / m
+        own = n * (m * np.log(pooled / others) - np.log(along / others)) if along > 0.0 else 0.0
+        gain += own if along > others else -own
+        squares, freedom = squares + n * (along - others) / size**2, freedom + n
+    if gain < CLEAR_GAIN or squares <= 0.0:
+        return None
+    angle = float(np.sqrt(squares / freedom))
+    sd = angle / np.sqrt(2 * freedom)
+    return StochasticForce("speed wander", "the drive", (), (angle, angle), (sd, sd), "rad rms", gain)
+
+
 def _of_a_line(df: float, order: float) -> float:
     """Variance [N^2] of a line, where lines are `df` [Hz] apart, by a force of size one: broadband, or at an order."""
     return 1 / NEAR_LINE if order else 2 * df
@@ -363,6 +405,11 @@ class NotRepeated:
         except NoAnswerError:
             return None
 
+    @cached_property
+    def wander(self) -> StochasticForce | None:
+        """The speed that wanders."""
+        return speed_wander(self.seen.comparison.trials)
+
     @property
     def repeating(self) -> list[Misfit]:
         """Groups of lines whose gap repeats, next to the force and to a drift."""
@@ -373,8 +420,14 @@ class NotRepeated:
 
     @property
     def found(self) -> tuple[StochasticForce, ...]:
-        """The drift and the random force, as far as there are any."""
-        return tuple(one for one in (self.drift and self.drift[1], self.force) if one is not None)
+        """The speed that wanders, the drift and the random force, as far as there are any.
+
+        Where the speed wanders, the phase of 1X differs between records as if an unbalance moved.
+        """
+        moved = self.drift and self.drift[1]
+        if self.drift and self.wander and self.drift[0].startswith(TURNING_PART):
+            moved = None
+        return tuple(one for one in (self.wander, moved, self.force) if one is not None)
 
     def beyond_drift(self, columns: np.ndarray) -> float:
         """Fall of the sum of squares by columns (n, k) next to a drift; infinite without one."""

@@ -27,6 +27,7 @@ from typing import Any
 
 import numpy as np
 from scipy.optimize import NoConvergence, brentq, newton_krylov
+from scipy.signal import lfilter
 
 import identification as idn
 from rotorsim.base.errors import RotorsimError
@@ -52,6 +53,8 @@ POINTS, HIGHEST = 8192, 800.0
 """Moments in a period, and highest line [Hz] of the response."""
 PLACES = {"left bearing": 0, "disc 0": 4, "disc 1": 9, "right bearing": 12}
 """Nodes at which a law may act."""
+WANDER = float(np.sqrt(2) * RATE**1.5 / np.sqrt(8))
+"""Standard deviation of the noise behind two low-passes of a second that makes the angle of the shaft."""
 Force = Callable[[np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
 """Force (2, n) [N] of displacement and velocity (2, n), shaft angle (n,) and speed [rad/s]."""
 
@@ -94,8 +97,9 @@ LAWS = (
     HiddenLaw("line", "stochastic"),
     HiddenLaw("drift", "stochastic"),
     HiddenLaw("moving unbalance", "stochastic", places=("disc 0", "disc 1")),
+    HiddenLaw("speed wander", "stochastic", places=("disc 0",)),
 )  # fmt: skip
-"""The fourteen laws."""
+"""Fourteen laws, and a speed that wanders."""
 
 
 def absorbed(omega: float) -> complex:
@@ -261,6 +265,17 @@ def random_motion(
     return np.asarray(np.fft.irfft(spectrum, whole, axis=0)[:samples])
 
 
+def wandering(line: np.ndarray, hertz: float, size: float, rng: np.random.Generator, samples: int) -> np.ndarray:
+    """Displacement (samples, 2) [m] that a line (2,) [m] at 1X adds where the angle of the shaft wanders by size [rad].
+
+    The angle is white noise behind two low-passes of a second, which the motion follows at once.
+    """
+    t = np.arange(samples) / RATE
+    angle = lfilter([1.0], np.poly(2 * [np.exp(-1 / RATE)]), rng.normal(size=samples + 10 * RATE))[-samples:]
+    turning = np.exp(1j * (2 * np.pi * hertz * t))[:, None] * (np.exp(1j * size * angle / WANDER)[:, None] - 1)
+    return np.asarray((line * turning).real)
+
+
 def points() -> list[tuple[str, int, float, int]]:
     """Role, speed [Hz], amplitude and number of the repeat of all records, in the order in which they are made."""
     return [(role, hertz, a, k) for k in (0, 1) for role, speeds in SPEEDS.items() for hertz in speeds
@@ -288,6 +303,8 @@ def displacement(case: LawCase, number: int, size: float, known: dict[Any, Any])
     whole[: len(lines)] = lines * n / 2
     whole[0] *= 2
     y = np.tile(np.fft.irfft(whole, n, axis=0), (PERIODS, 1))
+    if case.law.name == "speed wander":
+        y = y + wandering(lines[round(hertz * PERIOD)], hertz, size, rng, len(y))
     if case.law.name in ("broadband", "line"):
         y = y + random_motion(case, hertz, size, rng, len(y), known)
     return np.asarray(y)
@@ -349,7 +366,7 @@ PAIRS = {
 STARTS = {
     "cubic": 1e15, "quadratic": 3e9, "dry": 0.3, "drag": 1e5, "parametric": 1e4, "dead band": 1e5, "delayed": 3e4,
     "swirl": 0.1, "absorber": 0.03, "softening with speed": 1.0, "broadband": 1e-3, "line": 1e-3, "drift": 0.03,
-    "moving unbalance": 1e-6,
+    "moving unbalance": 1e-6, "speed wander": 0.03,
 }  # fmt: skip
 """Sizes [SI] near which that of a law is looked for."""
 
@@ -389,7 +406,13 @@ def machine_of_laws() -> Machine:
     return Machine.from_text(re.sub(r"\[effects\.gravity\]\n.*\n", "", machine_text()))
 
 
-KINDS = {"broadband": "broadband force", "line": "line", "drift": "drift", "moving unbalance": "drift"}
+KINDS = {
+    "broadband": "broadband force",
+    "line": "line",
+    "drift": "drift",
+    "moving unbalance": "drift",
+    "speed wander": "speed wander",
+}
 """Kind of what does not repeat, by the name of a law."""
 
 
@@ -403,7 +426,7 @@ def judged(case: LawCase, found: Any) -> dict[str, Any]:
         out |= judged_law(case, found.discovered)
     elif found.status == "stochastic":
         force, kind = found.stochastic, KINDS.get(case.law.name)
-        out |= {"place": force.place == place_of(case), "near": place_of(case) in force.others}
+        out |= {"place": force.place in (place_of(case), "the drive"), "near": place_of(case) in force.others}
         out["outcome"] = "WRONG stochastic" if kind is None else "right" if force.kind == kind else "WRONG kind"
     elif found.status in ("named", "tie"):
         out["outcome"] = "WRONG name"

@@ -63,6 +63,7 @@ from rotorsim.discrepancy.stochastic import (
     fall_next_to_drift,
     random_force,
     repeating,
+    speed_wander,
 )
 from rotorsim.discrepancy.trial import Trial, block_lines, trial_of
 from rotorsim.discrepancy.twin import Twin
@@ -414,6 +415,39 @@ def test_a_speed_that_wanders_is_no_random_force(colour):
     assert random_force(scattered(0.0, "a", wander=2e-7, colour=colour)) is None
 
 
+def blocks_at_1x(moved, noise=1e-8, records=6, blocks=8):
+    """Records whose line at 1X, the fifth, moves from block to block by a function of it and a random number."""
+    rng, trials = np.random.default_rng(8), []
+    for _ in range(records):
+        spectra = noise * (rng.normal(size=(blocks, 2, 20)) + 1j * rng.normal(size=(blocks, 2, 20)))
+        q = 1e-6 * (rng.normal(size=2) + 1j * rng.normal(size=2))
+        spectra[:, :, 5] += np.array([q + moved(q, rng) for _ in range(blocks)])
+        trials.append(SimpleNamespace(spectra=spectra, frequencies=2.0 * np.arange(20), speed=2 * np.pi * 10.0,
+                                      blocks=blocks, periodic=True, orders=(), channels=("x", "y")))  # fmt: skip
+    return trials
+
+
+def test_a_speed_that_wanders_is_known_by_the_one_direction_in_which_it_moves_the_lines_at_1x():
+    found = speed_wander(blocks_at_1x(lambda q, rng: q * (np.exp(0.1j * rng.normal()) - 1)))
+    assert found.kind == "speed wander" and found.size[0] == pytest.approx(0.1, abs=3 * found.sd[0])
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [lambda q, rng: 0 * q, lambda q, rng: 1e-7 * (rng.normal(size=2) + 1j * rng.normal(size=2)),
+     lambda q, rng: 0.1 * q * rng.normal(),
+     lambda q, rng: 1e-7 * np.array([1, -1j]) * (rng.normal() + 1j * rng.normal())],
+    ids=["noise", "a random force", "a size that changes", "an unbalance that moves"],
+)  # fmt: skip
+def test_what_moves_lines_at_1x_in_other_directions_is_no_speed_that_wanders(moved):
+    assert speed_wander(blocks_at_1x(moved)) is None
+
+
+def test_records_without_whole_turns_in_a_block_show_no_wander():
+    trials = blocks_at_1x(lambda q, rng: q * (np.exp(0.1j * rng.normal()) - 1))
+    assert speed_wander([SimpleNamespace(**vars(t) | {"speed": 1.02 * t.speed}) for t in trials]) is None
+
+
 def test_a_random_force_is_found_in_coloured_noise():
     found = random_force(scattered(0.05, "b", colour=1.0, loud=0.3))
     assert (found.kind, found.place, found.others) == ("broadband force", "b", ())
@@ -594,7 +628,8 @@ def test_a_number_that_changes_from_record_to_record_is_no_gap_that_repeats(line
     fit = SimpleNamespace(J=column[:, None], parameters=(SimpleNamespace(key="bearing.0.kx", trend=""),),
                           residual=residual)  # fmt: skip
     monkeypatch.setattr(NotRepeated, "chance", np.zeros(len(record)))
-    monkeypatch.setattr(f"{room}.random_force", lambda seen: None)
+    for name in ("random_force", "speed_wander"):
+        monkeypatch.setattr(f"{room}.{name}", lambda given: None)
     other = NotRepeated(fit, SimpleNamespace(comparison=comparison, residual=residual))
     assert [one.kind for one in other.found] == ["drift"] and bool(other.repeating) == repeats
 
@@ -620,6 +655,7 @@ def test_a_random_force_is_asked_for_where_there_may_be_a_drift_and_may_have_no_
     monkeypatch.setattr(f"{room}.random_force", without_answer)
     monkeypatch.setattr(f"{room}.drift", lambda comparison, fit, chance: found if drifts else None)
     monkeypatch.setattr(f"{room}.fall_next_to_drift", lambda seen, fit, part, columns: 7.0)
+    monkeypatch.setattr(NotRepeated, "wander", None)
     other = NotRepeated(SimpleNamespace(residual=np.zeros(3)), SimpleNamespace(comparison=None, residual=np.zeros(3)))
     assert other.beyond_drift(np.zeros((3, 1))) == (7.0 if drifts else np.inf) and bool(asked) == drifts
     assert other.found == ((FORCE,) if drifts else ()) and not other.chance.any()
