@@ -221,8 +221,9 @@ def _shape(shape: ForceShape) -> Block:
     rows = [(name, f"{fall:.0f}") for name, fall in shape.depends.items()]
     rows += [(f"at {place} instead", f"{less:.0f}") for place, less in shape.near.items()]
     text = (
-        "Force at the place over its motion: dots are the records, the line is a Gaussian process, its band two "
-        "standard deviations. It is no law: it proposes where to look and of what a force may be."
+        "Force at the place over its motion: what the records show, and a Gaussian process with a band of two standard "
+        "deviations, or dots where it depends on more. It is no law: it proposes where to look and of what a force may "
+        "be."
     )
     of_velocity = "displacement" not in shape.depends and "velocity" in shape.depends
     figure = force_over_motion(shape.curve, of_velocity, "lines" if len(shape.depends) == 1 else "markers")
@@ -245,21 +246,14 @@ def force_over_motion(curve: dict[str, np.ndarray], of_velocity: bool, mode: str
         shown = {"row": 1, "col": i + 1}
         figure.add_trace(go.Scatter(**dots, mode="markers", marker={"size": 4, "color": NEUTRAL}, showlegend=not i),
                          **shown)  # fmt: skip
-        edge = SPREAD * curve["spread"][order, i] * (mode == "lines")
-        band = {"x": np.concatenate([line["x"], line["x"][::-1]]), "name": "band",
-                "y": np.concatenate([line["y"] + edge, (line["y"] - edge)[::-1]])}  # fmt: skip
-        figure.add_trace(go.Scatter(**band, mode="lines", fill="toself", opacity=0.3, showlegend=not i,
-                                    line={"width": 0, "color": AXIS_COLOURS[axis]}), **shown)  # fmt: skip
-        figure.add_trace(
-            go.Scatter(
-                **line,
-                mode=mode,
-                line={"color": AXIS_COLOURS[axis]},
-                marker={"size": 3, "color": AXIS_COLOURS[axis]},
-                showlegend=not i,
-            ),
-            **shown,
-        )
+        if mode == "lines":
+            edge = SPREAD * curve["spread"][order, i]
+            band = {"x": np.concatenate([line["x"], line["x"][::-1]]), "name": "band",
+                    "y": np.concatenate([line["y"] + edge, (line["y"] - edge)[::-1]])}  # fmt: skip
+            figure.add_trace(go.Scatter(**band, mode="lines", fill="toself", opacity=0.3, showlegend=not i,
+                                        line={"width": 0, "color": AXIS_COLOURS[axis]}), **shown)  # fmt: skip
+        look = {"line": {"color": AXIS_COLOURS[axis]}, "marker": {"size": 3, "color": AXIS_COLOURS[axis]}}
+        figure.add_trace(go.Scatter(**line, **look, mode=mode, showlegend=not i), **shown)
         figure.update_xaxes(title_text=unit, **shown)
     figure.update_yaxes(title_text="force [N]", row=1, col=1)
     return style(figure, 340)
