@@ -132,7 +132,7 @@ def _of_all(
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class InputErrors:
     """Errors of inputs (2 k,), real and imaginary parts in turn, with covariance; the columns (n,) that they answer.
 
     band : number of the band (n,) of each line; middles (b,) [Hz]
@@ -149,7 +149,7 @@ class Solution:
 def _solved(
     comparison: TwinComparison, base: ParameterFit, sources: Sources,
     columns: dict[int, np.ndarray],
-) -> tuple[ParameterFit, Solution]:  # fmt: skip
+) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
     """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
 
     The plant has the calibration; the errors stay linear. `columns` are those of single pins, found where there are
@@ -178,7 +178,7 @@ def _solved(
         if abs(float(r @ r - left @ left)) < ENDED and number:
             break
     whole = replace(base, parameters=parameters, J=J, residual=left)
-    return base, Solution(e, covariance(whole, comparison.layout.record)[n:, n:], S, turned, band, middles)
+    return base, InputErrors(e, covariance(whole, comparison.layout.record)[n:, n:], S, turned, band, middles)
 
 
 def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, np.ndarray]:
@@ -191,7 +191,7 @@ def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> 
 
 
 def _read(
-    comparison: TwinComparison, base: ParameterFit, sources: Sources, found: Solution,
+    comparison: TwinComparison, base: ParameterFit, sources: Sources, found: InputErrors,
     best: ParameterPoint | None,
 ) -> list[EquivalentInput]:  # fmt: skip
     """Gain and phase of all sources, and the gain error and the time that make them."""
@@ -220,7 +220,7 @@ def _read(
     return out
 
 
-def _made_by(comparison: TwinComparison, base: ParameterFit, found: Solution, best: ParameterPoint) -> np.ndarray:
+def _made_by(comparison: TwinComparison, base: ParameterFit, found: InputErrors, best: ParameterPoint) -> np.ndarray:
     """Errors (bands, sources) of the inputs that act as what an explanation adds to a calibration, by least squares."""
     own = {k: v for k, v in best.values.items() if k not in base.parameters}
     there = replace(base.point, values={**base.point.values, **own}).holding(best.fixed)

@@ -218,7 +218,7 @@ def _law(law: DiscoveredLaw) -> Block:
 
 
 def _inputs(inputs: Sequence[EquivalentInput]) -> Block:
-    """What the references of the pins would have to be to make the gap."""
+    """The references of the pins that would make the gap, over the commanded ones."""
     text = (
         "Ratio of the input that would make the measured response to the commanded one, next to a new calibration. "
         "Dots with two standard deviations are the records, the line is what was found. A phase that falls with the "
