@@ -378,6 +378,8 @@ def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
     share = reduction(diagnosis.gap)
     if diagnosis.effects and share == share:
         yield f"  gap on untouched records, re-calibrated to with effect: {100 * share:.0f} % gone"
+    for own in diagnosis.inputs:
+        yield f"  equivalent input of {own.sentence}"
     for one in diagnosis.unknown.get("lines", ())[:3]:
         place = f"{one['frequency_hz']:.4g} Hz, {one['direction']}, {one['point']}"
         yield f"  equivalent force {one['force_n']:.3g} N at {place}"

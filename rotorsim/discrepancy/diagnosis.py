@@ -64,6 +64,7 @@ from rotorsim.discrepancy.discovery import (
     stability_of,
     with_rival,
 )
+from rotorsim.discrepancy.equivalent_input import equivalent_inputs
 from rotorsim.discrepancy.fit import (
     AS_FAR,
     MOST_REPEATS,
@@ -1022,6 +1023,8 @@ class DiagnosisRun:
         unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
         virtual = [] if unknown or verdict.status == "partial" else virtual_readings(comparison, proven, V)
         planner = self._planner(base, verdict, search, odds)
+        peaceful = verdict.status in ("no_disagreement", "recalibrated")
+        inputs = () if peaceful else equivalent_inputs(self.fitted, base, None if best is None else best.fit.point)
         return Diagnosis(
             status=verdict.status,
             machine=self.machine,
@@ -1029,6 +1032,7 @@ class DiagnosisRun:
             effects=self._found(verdict, proven, V),
             ties=tuple(r.keys for r in verdict.rivals),
             unknown=unknown,
+            inputs=inputs,
             gap=gap,
             notes=(
                 *notes,

@@ -19,6 +19,7 @@ from rotorsim.discrepancy.changes import MAIN
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.decision import DecisionSteps, check_allowed
 from rotorsim.discrepancy.discovery import NOT_IDENTIFIABLE, DiscoveredLaw
+from rotorsim.discrepancy.equivalent_input import EquivalentInput
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.gap import reduction
@@ -199,6 +200,8 @@ class Diagnosis(Shown, Findings, Reported):
     """Sentence on what refutes that nothing is missing where no group of lines is beyond its floor."""
     contradiction: str = ""
     """Sentence on a stated accuracy that contradicts the records."""
+    inputs: tuple[EquivalentInput, ...] = field(default=(), repr=False)
+    """Equivalent over commanded input of the injectors, where records drive them and something is missing."""
     discovered: DiscoveredLaw | None = None
     """The law that the records show and no effect of the catalogue is."""
     shape: ForceShape | None = None
@@ -377,6 +380,7 @@ class Diagnosis(Shown, Findings, Reported):
             ],
             "ties": [list(t) for t in self.ties],
             "unknown": self.unknown,
+            **({"inputs": [one.as_dict() for one in self.inputs]} if self.inputs else {}),
             "flags": [
                 {
                     "record": f.record, "point": f.point, "channel": f.channel, "group": f.group,

@@ -1,6 +1,7 @@
 """Page of a diagnosis for readers new to the method; its first screen has verdict, place, next step and gap."""
 
 from collections.abc import Iterator, Sequence
+from itertools import cycle
 from textwrap import wrap
 from typing import Any
 
@@ -12,6 +13,7 @@ from rotorsim.base.units import TO_RPM, TO_UM
 from rotorsim.discrepancy import Diagnosis
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.discovery import DiscoveredLaw
+from rotorsim.discrepancy.equivalent_input import EquivalentInput
 from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.machine_file import difference
@@ -43,6 +45,8 @@ METHOD = (
 ALSO = {"found": "", "rival": "or ", "force": ""}
 """Words before a place by its role."""
 MOST_PROPOSALS = 8
+MORE_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+"""Colours of curves after those of two axes."""
 SPREAD = 2.0
 """Half width of the band of a law, in standard deviations."""
 
@@ -111,6 +115,8 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         yield _effects(d)
     if d.discovered is not None:
         yield _law(d.discovered)
+    if d.inputs:
+        yield _inputs(d.inputs)
     yield Block(
         "The gap, record by record",
         "Rms of measured less simulated, both channels. Grey: the file as given; orange: re-calibrated; blue: with the "
@@ -229,6 +235,38 @@ def _shape(shape: ForceShape) -> Block:
     figure = force_over_motion(shape.curve, of_velocity, "lines" if len(shape.depends) == 1 else "markers")
     heads = ("quantity or place", "fall of the log. evidence without it")
     return Block("The shape of a force that would explain it", text, heads, rows, texts=[shape.sentence], figure=figure)
+
+
+def _inputs(inputs: Sequence[EquivalentInput]) -> Block:
+    """The references of the pins that would make the gap, over the commanded ones."""
+    text = (
+        "Ratio of the input that would make the measured response to the commanded one, next to a new calibration. "
+        "Dots with two standard deviations are the records, the line is what was found. A phase that falls with the "
+        "frequency is an input that comes late; pins that follow one reference are better known together."
+    )
+    texts = [f"{one.sentence}." for one in inputs]
+    return Block("Equivalent input of the injectors", text, figure=ratios_of(inputs), texts=texts)
+
+
+def ratios_of(inputs: Sequence[EquivalentInput]) -> go.Figure:
+    """Gain [1] and phase [deg] of the equivalent over the commanded input, over frequency."""
+    figure = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.08)
+    for one, colour in zip(inputs, cycle([*AXIS_COLOURS.values(), *MORE_COLOURS])):
+        gain = one.gain, one.gain_sd, np.abs(one.law)
+        phase = tuple(map(np.rad2deg, (one.phase, one.phase_sd, np.angle(one.law))))
+        for row, (y, sd, law) in enumerate((gain, phase), 1):
+            own = {"x": compact(one.frequency), "name": one.name, "legendgroup": one.name,
+                   "visible": True if len(one.injectors) > 1 else "legendonly"}  # fmt: skip
+            bars = {"array": compact(SPREAD * sd), "color": colour}
+            figure.add_scatter(**own, y=compact(y), mode="markers", error_y=bars, showlegend=row == 1,
+                               marker={"color": colour}, row=row, col=1)  # fmt: skip
+            if law.size:
+                figure.add_scatter(**own, y=compact(law), mode="lines", line={"color": colour}, showlegend=False,
+                                   row=row, col=1)  # fmt: skip
+    for row, title in enumerate(("gain", "phase [deg]"), 1):
+        figure.update_yaxes(title=title, row=row, col=1)
+    figure.update_xaxes(title="frequency [Hz]", row=2, col=1)
+    return style(figure, 480)
 
 
 def force_over_motion(curve: dict[str, np.ndarray], of_velocity: bool, mode: str = "lines") -> go.Figure:

@@ -1,0 +1,250 @@
+r"""Equivalent input of the injectors: how each pin's reference would have to arrive to make what a calibration leaves.
+
+The lines that injector j drives answer an error g of its gain with S_j(omega), a column of the plant itself, about
+each record's own motion. A relative error e_j(omega) of its input, the same in all records, makes e_j S_j, so that
+
+.. math:: r(\omega) \approx J\,\delta\theta + \sum_j S_j(\omega)\,e_j(\omega)
+
+is solved for the calibration and the e_j of all bands together. 1 + e_j is the ratio of the equivalent to the
+commanded input: its gain and phase. A gain error g and a time T by which it comes late, lag or delay, are read from it,
+
+.. math:: 1 + e_j(\omega) = (1 + g)\,e^{-i \omega T}
+
+Pins that answer one reference move the rotor alike; a curve for all pins of an axis is known where those of single pins
+are not. The input is that of the plant's tangent: where the film bends with the motion it is some per cent off, which
+the intervals hold; an effect that is fitted has no such error.
+
+Cites: platz_2001.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from rotorsim.base.errors import NoAnswerError
+from rotorsim.base.rounding import answer
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
+from rotorsim.discrepancy.comparison import TwinComparison
+from rotorsim.discrepancy.fit import ParameterFit, covariance, prior_rows, step_of
+
+GAIN = "actuator_gain"
+"""Effect whose sensitivities are those to the input of an injector."""
+STEP = 0.02
+"""Relative step of a gain in finite differences."""
+BANDS = 8
+"""Bands of frequency in which an input has one error."""
+SHOWN = 0.02
+"""Share of the largest sensitivity from which on a line shows an input."""
+ERROR, LATE = 0.3, 2e-3
+"""Standard deviations, before the records, of an input's relative error [1] and of the time by which it is late [s]."""
+MOST_ROUNDS, ENDED = 5, 1.0
+"""Most rounds of the solution, and the fall of the sum of squares below which it has ended."""
+FORM = 0.03
+"""Standard deviation of a ratio's relative error by the tangent of a film that bends with the motion, in each band."""
+KNOWN = 0.5
+"""Share of these below which records determine a number."""
+
+Sources = Sequence[tuple[str, tuple[int, ...]]]
+"""Names of inputs, each with the numbers of the injectors that err alike."""
+
+
+@dataclass(frozen=True, eq=False)
+class EquivalentInput:
+    """Equivalent over commanded input of injectors that err alike, at frequencies (b,) [Hz], with its readings.
+
+    gain, phase : ratio (b,) and its angle [rad], with standard deviations
+    error, late : gain error [1] and time [s] that explain it together, with standard deviations
+    law : the same ratio (b,) [complex] by the best explanation; empty without one
+    """
+
+    name: str
+    injectors: tuple[int, ...]
+    frequency: np.ndarray
+    gain: np.ndarray
+    gain_sd: np.ndarray
+    phase: np.ndarray
+    phase_sd: np.ndarray
+    error: float
+    error_sd: float
+    late: float
+    late_sd: float
+    law: np.ndarray = field(default_factory=lambda: np.zeros(0, complex))
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the records determine its error and its time, next to those of the others."""
+        return self.error_sd < KNOWN * ERROR and self.late_sd < KNOWN * LATE
+
+    @property
+    def sentence(self) -> str:
+        """Its readings as text."""
+        if not self.is_known:
+            return f"{self.name}: not known from these records"
+        gain = f"gain {100 * self.error:+.2g} +- {100 * self.error_sd:.1g} %"
+        return f"{self.name}: {gain}, late by {self.late * 1e3:.2g} +- {self.late_sd * 1e3:.1g} ms"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain numbers, for JSON."""
+        return {
+            "name": self.name, "injectors": list(self.injectors), "known": self.is_known,
+            "frequency_hz": self.frequency.tolist(), "gain": self.gain.tolist(), "gain_sd": self.gain_sd.tolist(),
+            "phase_rad": self.phase.tolist(), "phase_sd_rad": self.phase_sd.tolist(),
+            "error": {"value": self.error, "sd": self.error_sd}, "late_s": {"value": self.late, "sd": self.late_sd},
+        }  # fmt: skip
+
+
+def equivalent_inputs(
+    comparison: TwinComparison, base: ParameterFit, best: ParameterPoint | None = None
+) -> tuple[EquivalentInput, ...]:
+    """Equivalent inputs of both axes and of every injector with a pin; none where no record drives them.
+
+    `base` has the numbers of the calibration, which is fitted anew next to them: one without them may be led astray.
+    `best` is the point of what explains the records best.
+    """
+    injectors, driven = comparison.twin.machine.injectors, any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
+    if GAIN not in comparison.twin.slots or not driven or any(t.orders for t in comparison.trials):
+        return ()
+    pins = {a: tuple(k for k, one in enumerate(injectors, 1) if one.reference.endswith(a)) for a in "xy"}
+    axes = [(f"all pins that follow r_{axis}", own) for axis, own in pins.items() if len(own) > 1]
+    alone = [(f"injector {k}", (k,)) for own in pins.values() for k in own]
+    try:
+        return _of_all(comparison, base, axes, sorted(alone), best)
+    except NoAnswerError:
+        return ()
+
+
+def _of_all(
+    comparison: TwinComparison, base: ParameterFit, axes: Sources, alone: Sources, best: ParameterPoint | None
+) -> tuple[EquivalentInput, ...]:
+    """Equivalent inputs of all pins of an axis, and next to that calibration those of single ones."""
+    nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
+    start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
+    found, columns = list[EquivalentInput](), dict[int, np.ndarray]()
+    for sources in (axes, alone):
+        if sources:
+            start, solution = _solved(comparison, start, sources, columns)
+            found += _read(comparison, start, sources, solution, best)
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class InputErrors:
+    """Errors of inputs (2 k,), real and imaginary parts in turn, with covariance; the columns (n,) that they answer.
+
+    band : number of the band (n,) of each line; middles (b,) [Hz]
+    """
+
+    errors: np.ndarray
+    V: np.ndarray
+    columns: list[np.ndarray]
+    turned: list[np.ndarray]
+    band: np.ndarray
+    middles: np.ndarray
+
+
+def _solved(
+    comparison: TwinComparison, base: ParameterFit, sources: Sources,
+    columns: dict[int, np.ndarray],
+) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
+    """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
+
+    The plant has the calibration; the errors stay linear. `columns` are those of single pins, found where there are
+    none, and once more after the first step.
+    """
+    n, f = len(base.parameters), comparison.layout.frequency
+    parameters = (*base.parameters, *(FitParameter(f"input.{i}", STEP, ERROR) for i in range(2 * BANDS * len(sources))))
+    p, e = prior_rows(parameters), np.zeros(len(parameters) - n)
+    fresh = not columns
+    for number in range(MOST_ROUNDS):
+        if number == 0 or (fresh and number == 1):
+            if fresh:
+                columns |= _columns(comparison, base, {k for _, own in sources for k in own})
+            S = [np.sum([columns[k] for k in own], axis=0) for _, own in sources]
+            turned = [_turned(comparison, s) for s in S]
+            limits, middles = _bands(f, np.sum(np.square(S), axis=0))
+            band = np.digitize(f, limits) - 1
+            parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
+                     for part in pair]  # fmt: skip
+            J = np.column_stack([base.J, *parts])
+        r = base.residual - J[:, n:] @ e
+        step = step_of(J, r, np.concatenate([base.vector, e]), p, 0.0)
+        point = base.point.moved(base.parameters, within(base.parameters, base.vector + step[:n]) - base.vector)
+        base, e = replace(base, point=point, residual=comparison.residual(point)), e + step[n:]
+        left = base.residual - J[:, n:] @ e
+        if abs(float(r @ r - left @ left)) < ENDED and number:
+            break
+    whole = replace(base, parameters=parameters, J=J, residual=left)
+    return base, InputErrors(e, covariance(whole, comparison.layout.record)[n:, n:], S, turned, band, middles)
+
+
+def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, np.ndarray]:
+    """Whitened change (n,) with the gain of each of the pins, at a calibration."""
+    table, here, found = comparison.twin.slots[GAIN], comparison.predict(base.point), {}
+    for k in pins:
+        held = base.point.holding({f"{GAIN}.{table}.injector": float(k)})
+        found[k] = comparison.column(held, FitParameter(f"{GAIN}.{table}.error", STEP), here)
+    return found
+
+
+def _read(
+    comparison: TwinComparison, base: ParameterFit, sources: Sources, found: InputErrors,
+    best: ParameterPoint | None,
+) -> list[EquivalentInput]:  # fmt: skip
+    """Gain and phase of all sources, and the gain error and the time that make them."""
+    law = np.zeros((0, len(sources)), complex) if best is None else 1 + _made_by(comparison, base, found, best)
+    out, omega = [], 2 * np.pi * found.middles
+    for i, (name, own) in enumerate(sources):
+        at = 2 * (BANDS * i + np.arange(BANDS))
+        ratio = 1 + found.errors[at] + 1j * found.errors[at + 1]
+        # logarithm of the ratio: real parts, then imaginary ones
+        per = np.block([[np.diag((1 / ratio).real), np.diag(-(1 / ratio).imag)],
+                        [np.diag((1 / ratio).imag), np.diag((1 / ratio).real)]])  # fmt: skip
+        V = per @ found.V[np.ix_(np.r_[at, at + 1], np.r_[at, at + 1])] @ per.T
+        V += FORM**2 * np.eye(len(V))
+        sd, y = np.sqrt(np.diag(V)), np.concatenate([np.log(np.abs(ratio)), np.unwrap(np.angle(ratio))])
+        design = np.block([[np.ones((BANDS, 1)), np.zeros((BANDS, 1))], [np.zeros((BANDS, 1)), -omega[:, None]]])
+        weighted = answer(np.linalg.solve, V, design)
+        W = answer(np.linalg.inv, design.T @ weighted + np.diag([ERROR**-2.0, LATE**-2.0]))
+        error, late = W @ (weighted.T @ y)
+        out.append(
+            EquivalentInput(
+                name, own, found.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], y[BANDS:], sd[BANDS:],
+                float(np.expm1(error)), float(np.exp(error) * np.sqrt(W[0, 0])), float(late), float(np.sqrt(W[1, 1])),
+                law[:, i],
+            )
+        )  # fmt: skip
+    return out
+
+
+def _made_by(comparison: TwinComparison, base: ParameterFit, found: InputErrors, best: ParameterPoint) -> np.ndarray:
+    """Errors (bands, sources) of the inputs that act as what an explanation adds to a calibration, by least squares."""
+    own = {k: v for k, v in best.values.items() if k not in base.parameters}
+    there = replace(base.point, values={**base.point.values, **own}).holding(best.fixed)
+    more = (comparison.predict(there) - comparison.predict(base.point)) / comparison.sigma
+    S = np.column_stack([*found.columns, *found.turned])
+    bands = [found.band == b for b in range(BANDS)]
+    e = np.array([answer(np.linalg.lstsq, S[here], more[here], rcond=1e-9)[0] for here in bands])
+    return np.asarray(e[:, : len(found.columns)] + 1j * e[:, len(found.columns) :])
+
+
+def _turned(comparison: TwinComparison, column: np.ndarray) -> np.ndarray:
+    """A column (n,) with its lines times i; without means."""
+    out = np.zeros_like(column)
+    for i in range(len(comparison.trials)):
+        for own, lines in zip(comparison.numbers_of(i), comparison.lines_of(i, column), strict=True):
+            out[own] = np.concatenate([-lines.imag, lines.real])
+    return out
+
+
+def _bands(frequency: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Limits (b + 1,) [Hz] of bands that hold the lines which show the inputs, alike in number, and their middles."""
+    shown = np.unique(frequency[(frequency > 0) & (weight > SHOWN**2 * weight.max())])
+    if len(shown) < BANDS or not np.all(np.isfinite(weight)):
+        raise NoAnswerError(f"{len(shown)} lines show the inputs")
+    parts = np.array_split(shown, BANDS)
+    limits = np.array([*(part[0] for part in parts), shown[-1] * (1 + 1e-9)])
+    return limits, np.array([part.mean() for part in parts])
