@@ -138,7 +138,11 @@ def fit_parameters(
     steps: int = MOST_STEPS,
     progress: Callable[[], None] | None = None,
 ) -> ParameterFit:
-    """Fit parameters from the start `point` with the Jacobian J (n, k) there; ends where a step has no answer."""
+    """Fit parameters from the start `point` with the Jacobian J (n, k) there; ends where a step has no answer.
+
+    It ends too, without a run, where J foretells no fall that counts, and where no length of a step helps that J
+    foretells less from than ends a fit.
+    """
     parameters, J = tuple(parameters), J.copy()
     p = prior_rows(parameters)
     r = comparison.residual(point) if residual is None else residual
@@ -148,6 +152,9 @@ def fit_parameters(
         try:
             change = within(parameters, v + step_of(J, r, v, p, damping)) - v
         except NoAnswerError:
+            break
+        foretold, enough = cost - cost_of(r - J @ change, v + change, p), max(ENOUGH, 1e-3 * cost)
+        if foretold < min(STILL, 1e-3 * cost):
             break
         for share in LENGTHS:
             there = point.moved(parameters, share * change)
@@ -159,7 +166,7 @@ def fit_parameters(
         else:
             # no length of the step helps: turn it towards the steepest descent
             damping = max(1e3 * damping, 1e-3)
-            if damping > MOST_DAMPING:
+            if damping > MOST_DAMPING or foretold < enough:
                 break
             continue
         moved = share * change

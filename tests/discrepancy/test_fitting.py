@@ -62,6 +62,18 @@ def test_a_nonlinear_fit_with_a_kept_jacobian_converges():
     assert better.cost < 1e-3 * start
 
 
+@pytest.mark.parametrize(("off", "runs"), [(0.01, 0), (0.05, 3), (0.5, 9)])
+def test_a_fit_runs_no_step_of_which_little_is_foretold(off, runs):
+    """Steps foretold to take 0.01, 0.25 and 25 of 100 off the sum of squares, of a residual that nothing changes."""
+    tried = []
+    still = SimpleNamespace(residual=lambda point: tried.append(point) or residual)
+    residual = np.append(np.full(4, 10 * off / 2), np.full(96, np.sqrt((100 - 100 * off**2) / 96)))
+    J = np.zeros((100, 1))
+    J[:4] = 1.0
+    found = fit_parameters(still, ParameterPoint(), [A], J, residual)
+    assert len(tried) == runs and found.point == ParameterPoint()
+
+
 class Restless:
     """Comparison whose every line stays flagged, and whose columns take a simulation each."""
 

@@ -94,16 +94,21 @@ def rested_stroke(w, P, k, volt):
 @inlined
 def resting_volt(w, P, k, travel):
     """Voltage [V] at which the stack rests at `travel` [m]; the middle of those where a dead zone makes them many."""
-    total = 0.0
+    total, several = 0.0, True
+    low, high = P.volt_low, P.volt_high
     for side in range(2):
-        low, high = P.volt_low, P.volt_high
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            end = rested_stroke(w, P, k, middle)
-            if end < travel or (side == 1 and end == travel):
-                low = middle
-            else:
-                high = middle
+        if several:
+            low, high = P.volt_low, P.volt_high
+            several = False
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                end = rested_stroke(w, P, k, middle)
+                several = several or end == travel
+                if end < travel or (side == 1 and end == travel):
+                    low = middle
+                else:
+                    high = middle
+        # where no voltage that was tried gives the travel, the other side finds the same one
         total += high
     return 0.5 * total
 
