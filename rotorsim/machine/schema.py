@@ -65,7 +65,7 @@ class Machine(MachineTables):
 
     @property
     def text_and_hash(self) -> tuple[str, str]:
-        """Both, written once where the machine has no table `checked`."""
+        """Text and hash of the machine, which is written once for both where it has no table `checked`."""
         text = self.text
         content = text if self.checked is None else self.model_copy(update={"checked": None}).text
         return text, hashlib.sha256(content.encode()).hexdigest()[:16]

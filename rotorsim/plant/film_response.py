@@ -76,10 +76,12 @@ def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w, share
                 w[to + b] = x / size
                 w[to + LANES + b] = -y / size
                 real, imag = abs(base[diagonal[i]]) + slope[diagonal[i]] * s[b], slope[diagonal[i]] * s[LANES + b]
-                share = complex(x, y) * complex(real, -imag) / (real * real + imag * imag)
+                size = real * real + imag * imag
+                part, turn = (x * real + y * imag) / size, (y * real - x * imag) / size
                 if i % TOGETHER > 0:
-                    share *= complex(shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b])
-                shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b] = share.real, share.imag
+                    before, turned = shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b]
+                    part, turn = part * before - turn * turned, part * turned + turn * before
+                shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b] = part, turn
 
 
 def _substitute(starts, columns, diagonal, order, w, place, adjoint, x, begin):
@@ -232,7 +234,9 @@ class FilmResponse:
         return K.copy(), C.copy()
 
 
-_given_back: deque[np.ndarray] = deque(maxlen=16)
+KEPT = 4_000_000
+"""Numbers in rooms that are kept for the next factors: 32 MB."""
+_given_back: deque[np.ndarray] = deque()
 """Rooms of factors that are no longer needed: the pages of new memory cost more time than what is put into them."""
 
 
@@ -255,7 +259,8 @@ class FilmFactors:
     def __del__(self) -> None:
         """Give the rooms of the factors back."""
         for w, _ in self.__dict__.get("_groups", ()):
-            _given_back.append(w)
+            if len(w) * (len(_given_back) + 1) <= KEPT:
+                _given_back.append(w)
 
     @cached_property
     def _groups(self) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -49,3 +49,27 @@ def test_a_film_at_the_decay_of_one_of_its_cells_has_no_factors_there_and_keeps_
     assert not np.isfinite(found[:, 0]).any()
     s = -1j if adjoint else 1j
     assert found[:, 1] == pytest.approx(np.linalg.solve(J.toarray() + s * np.eye(3), np.ones(3)))
+
+
+@pytest.mark.parametrize("adjoint", [False, True])
+def test_any_number_of_frequencies_or_columns_is_solved_as_a_dense_matrix_is(adjoint):
+    rng = np.random.default_rng(3)
+    J = np.diag(rng.uniform(4, 5, 40)) + sum(np.diag(rng.standard_normal(40 - abs(k)), k) for k in (-3, -1, 1, 3))
+    moved, read = rng.standard_normal((40, 4)), rng.standard_normal((4, 40))
+    response = FilmResponse(LinearFilm(rng.uniform(1, 2, 40), sparse.csc_matrix(J), moved, 2 * moved, moved, read))
+    s = rng.standard_normal(19) + 3j * rng.standard_normal(19)
+    matrices = [J + one * np.diag(response.film.S) for one in s]
+    b = rng.standard_normal((40, 19)) + 1j * rng.standard_normal((40, 19))
+
+    def solved(matrix, columns):
+        return np.linalg.solve(matrix.conj().T if adjoint else matrix, columns)
+
+    every, first = response.factors(s), response.factors(s[:1])
+    dense = np.column_stack([solved(matrix, b[:, k]) for k, matrix in enumerate(matrices)])
+    np.testing.assert_allclose(every.solve(b, adjoint), dense, rtol=1e-11, atol=1e-13)
+    np.testing.assert_allclose(first.solve(b, adjoint), solved(matrices[0], b), rtol=1e-11, atol=1e-13)
+    held = [read @ np.linalg.solve(matrix, (2 + one) * moved) for one, matrix in zip(s, matrices, strict=True)]
+    np.testing.assert_allclose(every.Z, held, rtol=1e-11, atol=1e-13)
+    own = np.diag(J) + s[:, None] * response.film.S
+    shares = np.array([np.linalg.det(matrix) for matrix in matrices]) / np.prod(own, axis=1)
+    np.testing.assert_allclose(np.exp(every.log), shares, rtol=1e-11)
