@@ -252,6 +252,6 @@ def test_a_law_of_another_form_than_a_film_has_is_discovered_on_an_independent_f
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["cubic", "dry"])
 def test_a_law_that_bends_too_little_to_be_known_from_an_error_of_a_film_is_not_discovered(name):
-    """Of motions of 0.04 um at an eccentricity of 6 um a cubic spring is one that changes with the speed."""
+    """A cubic spring is one that changes with the speed: the motion is 0.04 um at an eccentricity of 6 um."""
     found = diagnose(machine(), with_law(name), effects=("shaft_bow",))
     assert found.status == "unknown" and OF_FILM in found.notes
