@@ -647,7 +647,8 @@ def laws_of(
     force bends with the motion, each of its terms comes alone.
     """
     found = _near_laws(seen, held, base)
-    terms = [replace(one, one=False) for one in found[0].terms] if film and len(found[0].terms) > 1 else []
+    several = film and not found[0].remembers and len(found[0].terms) > 1
+    terms = [replace(one, one=False) for one in found[0].terms] if several else []
     own = [solved(seen, held, base, one.place or found[0].place, [replace(one, place="")]) for one in terms]
     alone = [replace(_with_equal(law, seen, held, base), tried=found[0].tried) for law in own]
     return [*found, *(law for law in alone if law.names not in {one.names for one in found})]
