@@ -120,14 +120,14 @@ def equivalent_inputs(
 def _of_all(
     comparison: TwinComparison, base: ParameterFit, axes: Sources, alone: Sources, best: ParameterPoint | None
 ) -> tuple[EquivalentInput, ...]:
-    """Equivalent inputs of all pins of an axis, and next to that calibration those of single ones."""
+    """Equivalent inputs of all pins of an axis, and of single ones; each has a calibration of its own."""
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
     found, columns = list[EquivalentInput](), dict[int, np.ndarray]()
     for sources in (axes, alone):
         if sources:
-            start, solution = _solved(comparison, start, sources, columns)
-            found += _read(comparison, start, sources, solution, best)
+            fit, solution = _solved(comparison, start, sources, columns)
+            found += _read(comparison, fit, sources, solution, best)
     return tuple(found)
 
 
