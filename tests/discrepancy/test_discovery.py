@@ -1098,7 +1098,9 @@ def test_a_cubic_spring_at_the_disc_of_the_rig_is_discovered_next_to_its_film():
     found = diagnose(rig, given, effects=("shaft_bow",))
     law = found.discovered
     assert (found.status, law.place, law.kinds) == ("discovered", "disc 0", ("radial cubic",))
-    assert law.terms["radial_cubic"][0] == pytest.approx(3e13, rel=0.05) and reduction(found.gap) > 0.9
+    # the weight holds the shaft below the middle: the force along y bends more
+    assert law.terms["radial_cubic_y"][0] == pytest.approx(3e13, rel=0.05), law.terms
+    assert reduction(found.gap) > 0.9, found.gap
 
 
 @pytest.mark.slow

@@ -227,8 +227,7 @@ def test_what_is_hidden_in_a_rotor_on_an_independent_film_is_named_alone_or_in_i
 
 RIG = TwoDiscRig((), ())
 SIZES = {"parametric": 8e5, "absorber": 2.0, "cubic": 2e16, "dry": 0.1}
-"""Sizes [SI] of laws at the disc that change the response by 5 to 10 nm rms, some five of its floors; the parametric
-stiffness does so apart from 2X, where it is as a coupling."""
+"""Sizes [SI] of laws at the disc; the parametric stiffness shows apart from 2X too, where it is as a coupling."""
 
 
 def with_law(name):
