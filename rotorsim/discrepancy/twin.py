@@ -36,9 +36,8 @@ ROUNDS = 8
 """Most shots of a search for periodic motion."""
 POINTS = 6
 """Samples between which the state after a turn is interpolated."""
-NEAR, FAR = 600, 1000
-"""Samples before a period in which a motion goes over to that a step of a finite difference away, and to that a step of
-a fit away, of which less may be left."""
+NEAR = 600
+"""Samples before a period in which a motion goes over to that with slightly other numbers."""
 MOST_MOTIONS = 64
 """Motions that are kept."""
 SETTLED = 1e-5
@@ -434,12 +433,12 @@ class Twin:
 
     def over_period(
         self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, length: int,
-        near: Setting | None = None, led: Twin | None = None, lead: int = NEAR,
+        near: Setting | None = None, led: Twin | None = None,
     ) -> np.ndarray:  # fmt: skip
         """Readings (length, 5) with a film over the last rows of (n, 6), which repeat; NaN without a solution.
 
-        The rows before lead there from the equilibrium, or the last `lead` of them (`NEAR` or `FAR`) from the motion of
-        a `near` setting where nothing takes longer. That is the motion of another lean twin, `led`, whose effects are
+        The rows before lead there from the equilibrium, or the last `NEAR` of them from the motion of a `near` setting
+        where nothing takes longer. That is the motion of another lean twin, `led`, whose effects are
         among those of this one.
         """
         if near is not None and (
@@ -448,7 +447,7 @@ class Twin:
             or any(_remembers(k) for k, v in setting.items() if near.get(k) != v)
         ):
             near = None
-        ahead, speed = len(rows) - length - lead, float(rows[0, 0])
+        ahead, speed = len(rows) - length - NEAR, float(rows[0, 0])
         own = (hash(rows.tobytes()), angle, pressure)
         try:
             if near is None or ahead < 0:
@@ -457,29 +456,26 @@ class Twin:
             kept = led._motions.get((_key(near), *own)) or led._led(near, rows, angle, pressure, own)[1]
             a, regulator = self.set(setting), self.regulator(setting, speed, pressure)
             w = settle(a, speed, regulator)
-            _put_in_motion(w, a, led.assembly, kept[0], kept[1] if lead == FAR else kept[2])
+            _put_in_motion(w, a, led.assembly, *kept)
             w[a.rotor.matrix_speed] = np.inf  # the matrices are formed anew
             w[a.rotor.angle], w[a.rotor.time] = angle + speed * RIG_SAMPLE * ahead, RIG_SAMPLE * ahead
             fed = rows[ahead:] + (regulator - pressure) * PRESSURE
-            return Simulation(a, w).advance(fed)[lead:, READ : READ + 5]
+            return Simulation(a, w).advance(fed)[NEAR:, READ : READ + 5]
         except FAILURES:
             return np.full((length, 5), np.nan)
 
     def _led(
         self, setting: Setting, rows: np.ndarray, angle: float, pressure: float, own: tuple[Any, ...]
-    ) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-        """Readings (n, 5) over rows (n, 6) from the equilibrium, and the workspaces there, `FAR` and `NEAR` samples
-        before the end, which are kept."""
+    ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Readings (n, 5) over rows (n, 6) from the equilibrium, and the workspaces there and `NEAR` samples before the
+        end, which are kept."""
         a, speed = self.set(setting), float(rows[0, 0])
         w = settle(a, speed, regulator := self.regulator(setting, speed, pressure))
         w[a.rotor.angle] = angle
-        run, fed = Simulation(a, w), rows + (regulator - pressure) * PRESSURE
-        parts, kept = [], [w.copy()]
-        for part in np.split(fed, [-FAR, -NEAR]):
-            parts.append(run.advance(part))
-            kept.append(w.copy())
-        motion = self._keep((_key(setting), *own), tuple(kept[:3]))
-        return np.concatenate(parts)[:, READ : READ + 5], motion
+        rest, run, fed = w.copy(), Simulation(a, w), rows + (regulator - pressure) * PRESSURE
+        first = run.advance(fed[:-NEAR])
+        kept = self._keep((_key(setting), *own), (rest, w.copy()))
+        return np.concatenate([first, run.advance(fed[-NEAR:])])[:, READ : READ + 5], kept
 
     def over_a_turn(
         self, setting: Setting, speed: float, pressure: float, angle: float, time: float
