@@ -19,11 +19,11 @@ from rotorsim.machine import Machine
 KINDS = ("none", "single", "single", "pair", "foreign", "single", "left_out", "law", "noise", "single")
 """Kinds of cases, in turn."""
 NOT_DRAWN = (
-    "asymmetric_shaft", "base_vibration", "creep", "gas_heating", "labyrinth_seal", "rub", "slip", "supply_droop",
-    "torque_ripple", "unbalance",
+    "actuator_delay", "actuator_gain", "amplifier_lag", "asymmetric_shaft", "base_vibration", "creep", "gas_heating",
+    "labyrinth_seal", "rub", "slip", "supply_droop", "torque_ripple", "unbalance",
 )  # fmt: skip
-"""Effects that no case hides: an excitation without mean cannot show them, their shape is not varied by a draw, or the
-gauge at the injectors shows them."""
+"""Effects that no case hides: an excitation without mean cannot show them, their shape is not varied by a draw, the
+gauge at the injectors shows them, or they are younger than stored cases, whose numbers draw among all others."""
 MOST_DRAWS, AGAIN = 20, 10_000_000
 """Most draws of a machine, and the step between their seeds."""
 
@@ -75,11 +75,11 @@ def hidden_case(
 ) -> tuple[list[str], HiddenTruth, list[Any]]:
     """Effects, truth and records of a case; a machine that does not lift off is drawn again."""
     rng = np.random.default_rng([number, 11])
-    pool = sorted({f.key for f in candidates(truth_plant) if f.effect not in NOT_DRAWN})
+    pool = pool_of(truth_plant)
     count = {"single": 1, "left_out": 1, "pair": 2}.get(kind, 0)
     for attempt in range(MOST_DRAWS):
         seed = number + attempt * AGAIN
-        picked = _pick(pool, count, rng)
+        picked = pick(pool, count, rng)
         truth = draw(truth_plant, picked, seed)
         disturb = foreign(int(rng.integers(5))) if kind == "foreign" else None
         if kind == "law":
@@ -93,7 +93,12 @@ def hidden_case(
     raise DataError(f"bench: case {number} has no machine that lifts off; begin with another seed")
 
 
-def _pick(pool: list[str], count: int, rng: np.random.Generator) -> list[str]:
+def pool_of(truth_plant: Twin) -> list[str]:
+    """Keys of the effects that a case may hide."""
+    return sorted({f.key for f in candidates(truth_plant) if f.effect not in NOT_DRAWN})
+
+
+def pick(pool: list[str], count: int, rng: np.random.Generator) -> list[str]:
     """Keys of different effects."""
     while True:
         picked = [pool[i] for i in rng.choice(len(pool), count, replace=False)]
