@@ -18,13 +18,15 @@ Cites: rasmussen_2006.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
+from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.comparison import excess, table
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
@@ -119,7 +121,12 @@ class ForceShape:
 
 def shape_of(seen: ObservedPlaces, base: ParameterFit) -> ForceShape | None:
     """The force of free shape that explains the records best; None where no place has clear evidence of one."""
-    found = {place: _best(seen, base, place) for place in seen.motions}
+    found = dict[str, ForceProcess]()
+    for place in seen.motions:
+        with suppress(NoAnswerError):
+            found[place] = _best(seen, base, place)
+    if not found:
+        return None
     best = max(found.values(), key=lambda one: one.evidence)
     if best.evidence < CLEARLY:
         return None
@@ -146,7 +153,9 @@ def _best(seen: ObservedPlaces, base: ParameterFit, place: str) -> ForceProcess:
         return np.exp(x[[1, 2, 3, 4, 4]]) * scale  # cosine and sine of the angle have one length
 
     moved = np.linalg.norm(responses(seen, place, 1.0, LENGTH * scale, points))
-    unit = float(np.linalg.norm(seen.residual)) / max(float(moved), 1e-300)
+    if not moved:
+        raise NoAnswerError(f"no probe sees a force at {place}")
+    unit = float(np.linalg.norm(seen.residual) / moved)
 
     def at(x: np.ndarray) -> ForceProcess:
         return process_at(seen, base, place, unit * float(np.exp(x[0])), lengths(x), points)
@@ -160,7 +169,7 @@ def _best(seen: ObservedPlaces, base: ParameterFit, place: str) -> ForceProcess:
 
 
 def _without(seen: ObservedPlaces, base: ParameterFit, best: ForceProcess, quantity: int) -> float:
-    """Logarithm of the evidence where the force does not depend on a quantity."""
+    """Logarithm of the evidence where the force does not depend on a quantity, with size and other lengths as found."""
     lengths = best.lengths.copy()
     lengths[quantity : quantity + 1 + (quantity == len(QUANTITIES) - 1)] = np.inf
     return process_at(seen, base, best.place, best.size, lengths, best.points).evidence
@@ -180,7 +189,7 @@ def features(points: np.ndarray, size: float, lengths: np.ndarray, at: np.ndarra
         square = np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1) - 2 * a @ b.T
         return np.asarray(np.exp(-0.5 * np.maximum(square, 0.0)))
 
-    L = cholesky(kernel(points, points) + RIDGE * np.eye(len(points)), lower=True)
+    L = answer(np.linalg.cholesky, kernel(points, points) + RIDGE * np.eye(len(points)))
     return np.asarray(size * solve_triangular(L, kernel(points, at), lower=True).T)
 
 

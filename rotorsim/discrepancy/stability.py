@@ -1,7 +1,8 @@
 r"""Stability of a law: how often random halves of the records choose it.
 
-Half of the records, drawn without replacement, and the other half choose terms and places anew, one by one, by the
-largest fall of the sum of squares next to the calibration J. A record adds its own scalar products,
+Half of the points, each with all of its repeats, drawn without replacement, and the other half choose terms and places
+anew, one by one, by the largest fall of the sum of squares next to the calibration J. A record adds its own scalar
+products,
 
 .. math:: G = \sum_k X_k' X_k, \qquad X = [J, S, r],
 
@@ -38,8 +39,8 @@ MOST_RIVALS = 60
 """Most other terms among which a half chooses."""
 MOST_OTHERS = 3
 """Most other choices that are stated."""
-LEAST_RECORDS = 6
-"""Smallest number of records that are halved."""
+LEAST_POINTS = 6
+"""Smallest number of points that are halved."""
 Choice = tuple[tuple[str, str], ...]
 """Names and places of the terms of a law, sorted."""
 
@@ -79,21 +80,23 @@ def stability(
     seen: ObservedPlaces, base: ParameterFit, law: Sequence[PlacedTerm], others: Sequence[PlacedTerm], price: float
 ) -> Stability | None:  # fmt: skip
     """Stability of a law's terms among others; each coefficient has a price. None for too few records."""
-    records = np.arange(len(seen.comparison.trials))
-    if len(records) < LEAST_RECORDS:
+    repeated = np.array(seen.comparison.repeated)
+    points = np.unique(repeated)
+    if len(points) < LEAST_POINTS:
         return None
     terms = _rivals(base, law, others)
     products = _products(seen, base, terms)
     rng, found = np.random.default_rng(0), list[Choice]()
     for _ in range(PAIRS):
-        mixed = rng.permutation(records)
+        mixed = rng.permutation(points)
         for half in (mixed[: len(mixed) // 2], mixed[len(mixed) // 2 :]):
-            picked = _greedy(_view(products[half].sum(axis=0), base, terms), terms, len(law), price)
+            own = np.isin(repeated, half)
+            picked = _greedy(_view(products[own].sum(axis=0), base, terms), terms, len(law), price)
             found.append(_choice([terms[i] for i in picked]))
-    own, at = _choice(law), sorted(one.place for one in law)
-    rest = Counter(" with ".join(f"{name} of {place}" for name, place in one) for one in found if one != own)
+    chosen, at = _choice(law), sorted(one.place for one in law)
+    rest = Counter(" with ".join(f"{name} of {place}" for name, place in one) for one in found if one != chosen)
     same_place = sum(sorted(place for _, place in one) == at for one in found)
-    return Stability(found.count(own), same_place, len(found), tuple(rest.most_common(MOST_OTHERS)))
+    return Stability(found.count(chosen), same_place, len(found), tuple(rest.most_common(MOST_OTHERS)))
 
 
 def _choice(terms: Sequence[PlacedTerm]) -> Choice:

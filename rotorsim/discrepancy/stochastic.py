@@ -108,7 +108,10 @@ class StochasticForce:
             )
         if self.kind == "speed wander":
             size, sd = np.degrees([self.size[0], self.sd[0]])
-            return f"speed wander, the shaft's angle at 1X scatters by {size:.3g} +- {sd:.2g} deg rms between blocks"
+            return (
+                f"speed wander: the shaft's angle at 1X scatters by {size:.3g} +- {sd:.2g} deg rms between blocks, as "
+                "where the speed wanders or the clock of the angle jitters"
+            )
         sizes = " and ".join(f"{value:.3g} +- {sd:.2g}" for value, sd in zip(self.size, self.sd, strict=True))
         at = f" at {self.order:.2f} of the speed" if self.order else ""
         others = f" (or {', '.join(self.others)})" if self.others else ""
@@ -261,36 +264,50 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
                            (float(of_size[0]), float(of_size[1])), unit, gain, order)  # fmt: skip
 
 
-def speed_wander(trials: Sequence[Trial]) -> StochasticForce | None:
-    """The wander of the speed that the phase of the lines at 1X shows; None where they scatter in all directions.
+def wandering_speed(trials: Sequence[Trial]) -> StochasticForce | None:
+    """The angle of the shaft that scatters between blocks, by the lines at 1X; None where they move otherwise.
 
-    Twice the gain in log-likelihood is that of a variance along i q of its own over one for all directions, in each
-    record with whole turns in a block.
+    Twice the gain in log-likelihood is that of a variance along i q of its own, and one of all other directions, over
+    one variance of q and i q: what changes a force, a stiffness or one probe moves the lines along q too. A covariance
+    of both must not explain clearly more.
     """
-    gain, squares, freedom = 0.0, 0.0, 0
+    gain, more, freedom, found = 0.0, 0.0, 0, list[tuple[int, float, float]]()
     for t in trials:
         turns = abs(t.speed) / (2 * np.pi * t.frequencies[1])
         k, n = round(turns), t.blocks - 1
-        if not t.periodic or n < 1 or t.orders or not 0 < k < len(t.frequencies) or abs(turns - k) > WHOLE_TURNS:
+        if not t.periodic or n < 2 or t.orders or not 0 < k < len(t.frequencies) or abs(turns - k) > WHOLE_TURNS:
             continue
         lines = t.spectra[:, : len(t.channels), k]
-        q, d, m = lines.mean(axis=0), lines - lines.mean(axis=0), 2 * lines.shape[1]
-        size = float(np.linalg.norm(q))
-        if size == 0.0 or m < 4:
+        q, m = lines.mean(axis=0), 2 * lines.shape[1]
+        if m < 4 or not (size := float(np.linalg.norm(q))):
             continue
-        along = float(np.sum((d @ (1j * q / size).conj()).real ** 2)) / n
-        others = (float(np.sum(np.abs(d) ** 2)) / n - along) / (m - 1)
-        if others <= 0.0:
-            continue
-        pooled = (along + (m - 1) * others) / m
-        own = n * (m * np.log(pooled / others) - np.log(along / others)) if along > 0.0 else 0.0
-        gain += own if along > others else -own
-        squares, freedom = squares + n * (along - others) / size**2, freedom + n
-    if gain < CLEAR_GAIN or squares <= 0.0:
+        d = lines - q
+        turned = d @ (q / size).conj()
+        S = np.cov(np.array([turned.imag, turned.real]))
+        rest = max(float(np.sum(np.abs(d) ** 2)) / n - np.trace(S), 1e-300) / (m - 2)
+        others = (S[1, 1] + (m - 2) * rest) / (m - 1)
+        wander = np.log(S[0, 0]) + (m - 1) * np.log(others)
+        gain += n * (2 * np.log(np.trace(S) / 2) + (m - 2) * np.log(rest) - wander)
+        more += n * (wander - np.log(np.linalg.det(S)) - (m - 2) * np.log(rest))
+        freedom += 2
+        found.append((n, S[0, 0] / size**2, others / size**2))
+    if gain < CLEAR_GAIN or more > 3 * freedom + CLEAR_GAIN / 2:
         return None
-    angle = float(np.sqrt(squares / freedom))
-    sd = angle / np.sqrt(2 * freedom)
-    return StochasticForce("speed wander", "the drive", (), (angle, angle), (sd, sd), "rad rms", gain)
+    angle, sd = _common_angle(found)
+    return StochasticForce("speed wander", "the shaft's angle", (), (angle, angle), (sd, sd), "rad rms", gain)
+
+
+def _common_angle(found: Sequence[tuple[int, float, float]]) -> tuple[float, float]:
+    """Angle [rad rms] and its standard deviation by degrees of freedom n, variances along i q and of others, over q^2.
+
+    Records are weighted by the variance of what each shows.
+    """
+    n, along, others = np.array(found).T
+    square = float(np.median(np.maximum(along - others, 0.0)))
+    for _ in range(20):
+        weight = n / (2 * (square + others) ** 2)
+        square = max(float(weight @ (along - others) / weight.sum()), 1e-300)
+    return float(np.sqrt(square)), float(1 / np.sqrt(weight.sum()) / (2 * np.sqrt(square)))
 
 
 def _of_a_line(df: float, order: float) -> float:
@@ -408,7 +425,7 @@ class NotRepeated:
     @cached_property
     def wander(self) -> StochasticForce | None:
         """The speed that wanders."""
-        return speed_wander(self.seen.comparison.trials)
+        return wandering_speed(self.seen.comparison.trials)
 
     @property
     def repeating(self) -> list[Misfit]:

@@ -32,7 +32,9 @@ def halved(law: tuple[str, float], noise: float):
     own = next(one for one in terms if one.place == law[0])
     residual = law[1] * own.columns.sum(axis=1) + noise * rng.normal(size=n)
     layout = SimpleNamespace(record=np.repeat(np.arange(RECORDS), 40))
-    seen = SimpleNamespace(comparison=SimpleNamespace(trials=[None] * RECORDS, layout=layout))
+    seen = SimpleNamespace(
+        comparison=SimpleNamespace(trials=[None] * RECORDS, layout=layout, repeated=list(range(RECORDS)))
+    )
     return seen, fit_of(rng.normal(size=(n, 2)), residual), own, [one for one in terms if one is not own]
 
 
@@ -58,10 +60,24 @@ def test_halves_of_records_that_show_nothing_choose_at_random():
     assert found.chosen < PAIRS and found.halves == 2 * PAIRS
 
 
-def test_few_records_are_not_halved():
+def test_few_points_are_not_halved_however_often_they_were_recorded():
     seen, base, own, others = halved(("disc 1", 1.0), 0.1)
-    seen.comparison.trials = [None] * 5
+    seen.comparison.repeated = [0, 1, 2, 3, 4, 4, 4, 4]
     assert stability(seen, base, [own], others, 9.0) is None
+
+
+def test_repeats_of_a_point_are_in_one_half():
+    """Two records of each of six points, with a law in those of one half: halves are of points."""
+    seen, base, own, others = halved(("disc 1", 1.0), 0.1)
+    seen.comparison.repeated = [0, 0, 2, 3, 4, 5, 6, 6]
+    taken = list[np.ndarray]()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rotorsim.discrepancy.stability._products", lambda *given: np.diag(np.arange(8))[:, :, None])
+        patch.setattr("rotorsim.discrepancy.stability._view", lambda G, base, terms: taken.append(G[:, 0]))
+        patch.setattr("rotorsim.discrepancy.stability._greedy", lambda view, terms, count, price: (0,))
+        stability(seen, base, [own], others, 9.0)
+    sides = np.array(taken) > 0
+    assert len(sides) == 2 * PAIRS and np.array_equal(sides[:, 6], sides[:, 7])
 
 
 def free_force(force, noise: float = 0.01):
