@@ -380,7 +380,7 @@ class Diagnosis(Shown, Findings, Reported):
             ],
             "ties": [list(t) for t in self.ties],
             "unknown": self.unknown,
-            **({"inputs": [one.as_dict() for one in self.inputs]} if self.inputs else {}),
+            "inputs": [one.as_dict() for one in self.inputs],
             "flags": [
                 {
                     "record": f.record, "point": f.point, "channel": f.channel, "group": f.group,

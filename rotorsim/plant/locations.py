@@ -7,7 +7,7 @@ An effect acts at probes, injectors, bearings, discs or the shaft, as its port, 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import tau
 from typing import Any
 
@@ -24,6 +24,8 @@ OF_NOZZLES = ("injector", "plenum", "reference", "amplifier", "pin_sensor")
 """Ports of single injectors."""
 WHOLE = ("drive", "torque", "rotating")
 """Ports of the whole shaft."""
+DRIVEN = ("reference", "amplifier")
+"""Ports of the electronics that drive the pins."""
 OF_PINS = ("reference", "amplifier", "actuator", "pin_sensor")
 """Ports of the pins."""
 
@@ -61,7 +63,8 @@ def acting_places(machine: Machine, effect: Effect) -> tuple[Place, ...]:
     if effect.port == "sensor":
         return (probe_plane(machine),)
     if effect.port in FILM_PORTS:
-        return tuple(_nozzles_of(machine, effect)) or tuple(_films_of(machine, effect))
+        found = tuple(_nozzles_of(machine, effect)) or tuple(_films_of(machine, effect))
+        return tuple(map(_drive_of, found)) if effect.port in DRIVEN else found
     if effect.port in WHOLE or effect.influence == "mass":
         return (_span("the whole shaft", machine.shaft.start, machine.shaft.end),)
     if effect.influence == "bow":
@@ -144,6 +147,14 @@ def _nozzles_of(machine: Machine, effect: Effect) -> Iterator[Place]:
         if one.number == number and (about is None or about == machine.film_at(one.bearing)):
             name = f"injector {number} of {machine.bearing_names[one.bearing]} at {_mm(one.z)}"
             yield Place("injector", name, one.z, one.z, one)
+
+
+def _drive_of(place: Place) -> Place:
+    """The electronics that drive an injector, or all of a film."""
+    what = (
+        "the reference and amplifier" if place.nozzle is not None else "the references and amplifiers of the injectors"
+    )
+    return replace(place, name=f"{what} of {place.name}")
 
 
 def _span(name: str, begin: float, end: float) -> Place:
