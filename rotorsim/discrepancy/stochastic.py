@@ -30,6 +30,7 @@ from itertools import combinations
 
 import numpy as np
 from scipy.optimize import fmin_l_bfgs_b
+from scipy.special import polygamma, psi
 
 from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
@@ -41,6 +42,8 @@ from rotorsim.discrepancy.twin import Twin
 
 CLEAR_GAIN = 100.0
 """Twice the gain in log-likelihood from which on a random force is stated."""
+SURELY = 4.0
+"""Standard deviations beyond what chance makes from which on lines at 1X move along themselves too."""
 WHOLE_TURNS = 0.02
 """Distance of 1X to a line of a block, in lines, up to which the block holds whole turns."""
 SAME_PLACE = 6.0
@@ -267,11 +270,12 @@ def random_force(seen: ObservedPlaces) -> StochasticForce | None:
 def wandering_speed(trials: Sequence[Trial]) -> StochasticForce | None:
     """The angle of the shaft that scatters between blocks, by the lines at 1X; None where they move otherwise.
 
-    Twice the gain in log-likelihood is that of a variance along i q of its own, and one of all other directions, over
-    one variance of q and i q: what changes a force, a stiffness or one probe moves the lines along q too. A covariance
-    of both must not explain clearly more.
+    Twice the gain in log-likelihood is that of a variance along i q of its own over one variance of q and i q. An angle
+    phi moves a line along q by phi^2 / 2 of it alone, and not with i q: a force, a stiffness or one probe that changes
+    moves it along both.
     """
-    gain, more, freedom, found = 0.0, 0.0, 0, list[tuple[int, float, float]]()
+    gain, bent, expected, variance, excess, freedom = np.zeros(6)
+    found = list[tuple[int, float, float]]()
     for t in trials:
         turns = abs(t.speed) / (2 * np.pi * t.frequencies[1])
         k, n = round(turns), t.blocks - 1
@@ -284,17 +288,19 @@ def wandering_speed(trials: Sequence[Trial]) -> StochasticForce | None:
         d = lines - q
         turned = d @ (q / size).conj()
         S = np.cov(np.array([turned.imag, turned.real]))
-        rest = max(float(np.sum(np.abs(d) ** 2)) / n - np.trace(S), 1e-300) / (m - 2)
-        others = (S[1, 1] + (m - 2) * rest) / (m - 1)
-        wander = np.log(S[0, 0]) + (m - 1) * np.log(others)
-        gain += n * (2 * np.log(np.trace(S) / 2) + (m - 2) * np.log(rest) - wander)
-        more += n * (wander - np.log(np.linalg.det(S)) - (m - 2) * np.log(rest))
-        freedom += 2
-        found.append((n, S[0, 0] / size**2, others / size**2))
-    if gain < CLEAR_GAIN or more > 3 * freedom + CLEAR_GAIN / 2:
+        rest = max(float(np.sum(np.abs(d) ** 2)) / n - float(np.trace(S)), 1e-300) / (m - 2)
+        most = rest + 2 * (S[0, 0] / size) ** 2  # the angle wanders within a block too
+        along_q = min(max(S[1, 1], rest / 2), most)
+        gain += n * (2 * np.log(np.trace(S) / 2) + 1 - np.log(S[0, 0] * along_q) - S[1, 1] / along_q)
+        bent -= n * np.log1p(-min(S[0, 1] ** 2 / (S[0, 0] * S[1, 1]), 1 - 1e-12))
+        expected += n * (psi(n / 2) - psi((n - 1) / 2))
+        variance += n**2 * (polygamma(1, (n - 1) / 2) - polygamma(1, n / 2))
+        excess, freedom = excess + n * S[1, 1] / most, freedom + n
+        found.append((n, S[0, 0] / size**2, rest / size**2))
+    if gain < CLEAR_GAIN or bent > expected + SURELY * np.sqrt(variance) or excess > 2 * freedom:
         return None
     angle, sd = _common_angle(found)
-    return StochasticForce("speed wander", "the shaft's angle", (), (angle, angle), (sd, sd), "rad rms", gain)
+    return StochasticForce("speed wander", "the shaft's angle", (), (angle, angle), (sd, sd), "rad rms", float(gain))
 
 
 def _common_angle(found: Sequence[tuple[int, float, float]]) -> tuple[float, float]:
