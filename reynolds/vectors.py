@@ -17,6 +17,7 @@ from numba.extending import intrinsic
 from reynolds.jit import inlined
 
 LANES = 8
+"""Numbers of 64 bits in a vector."""
 _DOUBLE = ir.DoubleType()
 
 
@@ -390,22 +391,22 @@ _clear_8, _clear_4 = _clear(8), _clear(4)
 def _less_complex(lanes: int, gather: bool) -> Any:
     """Intrinsic y = y - a x for complex numbers in `lanes`, real parts before imaginary ones, at places of a pattern.
 
-    For each f of a range j is place[columns[f]], and x stands at 2 f lanes. One a serves all y at j; with `gather` all
-    a at j serve one y.
+    For each f of a range j is place[columns[f]], and x stands at 2 f lanes of `factors`, y and a in w. One a serves all
+    y at j; with `gather` all a at j serve one y.
     """
 
     @intrinsic
-    def less(typing, w, one, place, columns, first, last):
+    def less(typing, w, one, place, columns, first, last, factors):
         def generate(context, builder, signature, args):
-            data, places, numbers = (_data(context, builder, signature.args[k], args[k]) for k in (0, 2, 3))
+            data, places, numbers, of = (_data(context, builder, signature.args[k], args[k]) for k in (0, 2, 3, 6))
             one, first, last = args[1], args[4], args[5]
             size = ir.Constant(one.type, lanes)
 
-            def at(offset: Any) -> list[Any]:
-                return [_vector_at(builder, data, start, lanes) for start in (offset, builder.add(offset, size))]
+            def at(offset: Any, of: Any = data) -> list[Any]:
+                return [_vector_at(builder, of, start, lanes) for start in (offset, builder.add(offset, size))]
 
-            def load(offset: Any) -> list[Any]:
-                return [builder.load(vector, align=8) for vector in at(offset)]
+            def load(offset: Any, of: Any = data) -> list[Any]:
+                return [builder.load(vector, align=8) for vector in at(offset, of)]
 
             def left(y: list[Any], a: list[Any], x: list[Any]) -> list[Any]:
                 real = builder.fsub(builder.fmul(a[0], x[0]), builder.fmul(a[1], x[1]))
@@ -421,7 +422,7 @@ def _less_complex(lanes: int, gather: bool) -> Any:
                 builder.store(value, total)
             with cgutils.for_range_slice(builder, first, last, ir.Constant(one.type, 1)) as (f, _):
                 j = builder.load(builder.gep(places, [builder.load(builder.gep(numbers, [f]))]))
-                x = load(builder.mul(f, ir.Constant(one.type, 2 * lanes)))
+                x = load(builder.mul(f, ir.Constant(one.type, 2 * lanes)), of)
                 if gather:
                     for value, total in zip(left([builder.load(s) for s in sums], load(j), x), sums, strict=True):
                         builder.store(value, total)
@@ -431,16 +432,16 @@ def _less_complex(lanes: int, gather: bool) -> Any:
                 store([builder.load(total) for total in sums], one)
             return context.get_dummy_value()
 
-        return types.none(w, types.intp, place, columns, types.intp, types.intp), generate
+        return types.none(w, types.intp, place, columns, types.intp, types.intp, factors), generate
 
-    def plain(w: Any, one: int, place: Any, columns: Any, first: int, last: int) -> None:
-        def value(offset: int) -> Any:
-            return w[offset : offset + lanes] + 1j * w[offset + lanes : offset + 2 * lanes]
+    def plain(w: Any, one: int, place: Any, columns: Any, first: int, last: int, factors: Any) -> None:
+        def value(offset: int, of: Any = w) -> Any:
+            return of[offset : offset + lanes] + 1j * of[offset + lanes : offset + 2 * lanes]
 
         for f in range(first, last):
             j = int(place[columns[f]])
             y, a = (one, j) if gather else (j, one)
-            found = value(y) - value(a) * value(2 * lanes * f)
+            found = value(y) - value(a) * value(2 * lanes * f, factors)
             w[y : y + lanes], w[y + lanes : y + 2 * lanes] = found.real, found.imag
 
     return plain if config.DISABLE_JIT else less
@@ -657,15 +658,15 @@ def less_product(w, y, a, b, c, n):
 
 
 @inlined
-def less_complex_products(w, a, place, columns, first, last):
+def less_complex_products(w, a, place, columns, first, last, factors):
     """y = y - a x for eight complex numbers at once: x of the places of a row, y at place[column] of each."""
-    _less_complex_8(w, a, place, columns, first, last)
+    _less_complex_8(w, a, place, columns, first, last, factors)
 
 
 @inlined
-def less_complex_sum(w, y, place, columns, first, last):
+def less_complex_sum(w, y, place, columns, first, last, factors):
     """y = y - sum a x for eight complex numbers at once: x of the places of a row, a at place[column] of each."""
-    _less_complex_sum_8(w, y, place, columns, first, last)
+    _less_complex_sum_8(w, y, place, columns, first, last, factors)
 
 
 @inlined

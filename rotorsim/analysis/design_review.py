@@ -264,7 +264,7 @@ class DesignReview:
     def motion(self, case: str, z: float) -> np.ndarray:
         """Motion (speed,) [m, pk-pk] at a place under a case of unbalance."""
         number = [one.name for one in self.cases].index(case)
-        return np.asarray(2 * self.responses["major"].values[number, :, _nearest(self.responses, z)])
+        return np.asarray(2 * _major(self.responses)[number, :, _nearest(self.responses, z)])
 
 
 def design_review(
@@ -652,12 +652,11 @@ def _with_peaks(
 
     Where a mode grows no response is steady, so that none has a peak.
     """
-    speeds, along, major = (responses[name].values for name in ("speed", "z", "major"))
-    grows = responses["zeta_least"].values < 0
-    peaks = []
-    for case, sizes in zip(cases[:-1], major[:-1], strict=True):
-        for place, z in places.items():
-            found = standards.half_power(speeds, np.where(grows, np.nan, sizes[:, np.abs(along - z).argmin()]))
+    speeds, grows = responses["speed"].values, responses["zeta_least"].values < 0
+    at, peaks = {place: _nearest(responses, z) for place, z in places.items()}, []
+    for case, sizes in zip(cases[:-1], _major(responses)[:-1], strict=True):
+        for place, k in at.items():
+            found = standards.half_power(speeds, np.where(grows, np.nan, sizes[:, k]))
             peaks += [(p, place, case.name) for p in found if p.size > UNSEEN]
     every = np.array([m.speed for m in modes])
     for mode in sorted(modes, key=lambda m: m.speed):
@@ -680,14 +679,19 @@ def _scales(
 
     NaN where no response is steady there.
     """
-    steady = np.where(responses["zeta_least"].values[:, None] >= 0, responses["major"].values, np.nan)
+    steady = np.where(responses["zeta_least"].values[:, None] >= 0, _major(responses), np.nan)
     at = operating(responses["speed"].values, *speeds)
     planes = [_nearest(responses, z) for z in probes.values()]
     found = {}
-    for case, sizes in zip(cases[:-1], steady, strict=False):
+    for case, sizes in zip(cases[:-1], steady[:-1], strict=True):
         largest = 2 * float(np.nanmax(sizes[at][:, planes], initial=-np.inf))
         found[case.name] = standards.scale_factor(largest, speeds[1]) if np.isfinite(largest) else float("nan")
     return found
+
+
+def _major(responses: xr.Dataset) -> np.ndarray:
+    """Major half axes of responses, by case, speed and place, whatever the order in which they are held."""
+    return responses["major"].transpose("case", "speed", "z").values
 
 
 def _nearest(responses: xr.Dataset, z: float) -> int:
@@ -715,9 +719,7 @@ def _clearances(
     Speeds at which a mode grows are left out.
     """
     steady = steady_up_to(responses, high)
-    major = dict(
-        zip(steady["case"].values.tolist(), steady["major"].transpose("case", "speed", "z").values, strict=True)
-    )
+    major = dict(zip(steady["case"].values.tolist(), _major(steady), strict=True))
     for place, z, gap in gaps:
         at = _nearest(steady, z)
         motions = {name: 2 * scale * major[name][:, at] for name, scale in scales.items()}

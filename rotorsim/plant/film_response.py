@@ -28,48 +28,49 @@ from scipy.sparse.linalg import splu
 
 from reynolds.jit import inlined, kernel
 from reynolds.perturbation import LinearFilm
-from reynolds.vectors import less_complex_products, less_complex_sum, wide_vectors
+from reynolds.vectors import LANES, less_complex_products, less_complex_sum, wide_vectors
 from reynolds.workspace import at_cache_line
 
-LANES = 8
-"""Frequencies, or columns at one frequency, that go through the pattern together: as many as a vector has."""
-PLACE = 2 * LANES
-"""Numbers of a place: real parts, then imaginary ones."""
+STRIDE = 2 * LANES
+"""Numbers from one place to the next: real parts, then imaginary ones, of as many frequencies as a vector has lanes.
+
+At one frequency that many right-hand sides go through the pattern together.
+"""
 TOGETHER = 16
 """Pivots over their diagonal that are multiplied before their logarithm is taken."""
 
 
 @inlined
-def _times_inverse(w, y, inverse):
-    """Complex numbers at y over a pivot whose inverse is given."""
+def _times_inverse(w, y, factors, inverse):
+    """Complex numbers at y over a pivot whose inverse is given among the factors."""
     for b in range(LANES):
         real, imag = w[y + b], w[y + LANES + b]
-        w[y + b] = real * w[inverse + b] - imag * w[inverse + LANES + b]
-        w[y + LANES + b] = real * w[inverse + LANES + b] + imag * w[inverse + b]
+        w[y + b] = real * factors[inverse + b] - imag * factors[inverse + LANES + b]
+        w[y + LANES + b] = real * factors[inverse + LANES + b] + imag * factors[inverse + b]
 
 
 def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w, shares):
-    """Rows of base + s slope without their first `count` columns, by columns of the pattern, at s (PLACE,), a place.
+    """Rows of base + s slope without their first `count` columns, by columns of the pattern, at s (STRIDE,), a place.
 
     `w` has room for the places, with the factors in the end, and behind them for the inverse pivots (count,); `place`
     is room for the places of a row. `shares` (k, 2, LANES) become products of `TOGETHER` pivots over their diagonal.
     """
     wide_vectors()
-    inverse = PLACE * len(columns)
+    inverse = STRIDE * len(columns)
     for i in range(len(starts) - 1):
         for e in range(starts[i], starts[i + 1]):
-            place[columns[e]] = PLACE * e
+            place[columns[e]] = STRIDE * e
             for b in range(LANES):
-                w[PLACE * e + b] = base[e] + slope[e] * s[b]
-                w[PLACE * e + LANES + b] = slope[e] * s[LANES + b]
+                w[STRIDE * e + b] = base[e] + slope[e] * s[b]
+                w[STRIDE * e + LANES + b] = slope[e] * s[LANES + b]
         for e in range(starts[i], starts[i + 1]):
             k = columns[e]
             if k >= i or k >= count:
                 break
-            _times_inverse(w, PLACE * e, inverse + PLACE * k)
-            less_complex_products(w, PLACE * e, place, columns, diagonal[k] + 1, starts[k + 1])
+            _times_inverse(w, STRIDE * e, w, inverse + STRIDE * k)
+            less_complex_products(w, STRIDE * e, place, columns, diagonal[k] + 1, starts[k + 1], w)
         if i < count:
-            own, to = PLACE * diagonal[i], inverse + PLACE * i
+            own, to = STRIDE * diagonal[i], inverse + STRIDE * i
             for b in range(LANES):
                 x, y = w[own + b], w[own + LANES + b]
                 size = x * x + y * y  # 0 / 0 for a pivot of 0: a frequency at a cell's own decay has no factors
@@ -84,18 +85,18 @@ def _eliminate(starts, columns, diagonal, base, slope, place, count, s, w, share
                 shares[i // TOGETHER, 0, b], shares[i // TOGETHER, 1, b] = part, turn
 
 
-def _substitute(starts, columns, diagonal, order, w, place, adjoint, x, begin):
-    """A^-1 x for LANES columns of x (count, k) from one on, with `adjoint` A^-H x, by what `_eliminate` leaves in w.
+def _substitute(starts, columns, diagonal, order, factors, w, place, adjoint, x, begin):
+    """A^-1 x for LANES columns of x (count, k) from one on, with `adjoint` A^-H x, by the factors of `_eliminate`.
 
-    Behind the factors w has room for them; `place` is room for their places.
+    Those are not changed: w (STRIDE * count,) is room for the columns, `place` (count,) for their places.
     """
     wide_vectors()
     count, width = len(order), min(x.shape[1] - begin, LANES)
-    inverse = PLACE * len(columns)
-    own, sign = inverse + PLACE * count, -1.0 if adjoint else 1.0
+    inverse = STRIDE * len(columns)
+    sign = -1.0 if adjoint else 1.0
     # A^-H x is the conjugate of A^-T conj(x): the factors are taken as they are
     for i in range(count):
-        place[i] = own + PLACE * i
+        place[i] = STRIDE * i
         for b in range(LANES):
             value = x[order[i], begin + b] if b < width else 0j
             w[place[i] + b] = value.real
@@ -108,12 +109,12 @@ def _substitute(starts, columns, diagonal, order, w, place, adjoint, x, begin):
             last -= 1
         if adjoint:
             if not lower:
-                _times_inverse(w, place[i], inverse + PLACE * i)
-            less_complex_products(w, place[i], place, columns, first, last)
+                _times_inverse(w, place[i], factors, inverse + STRIDE * i)
+            less_complex_products(w, place[i], place, columns, first, last, factors)
         else:
-            less_complex_sum(w, place[i], place, columns, first, last)
+            less_complex_sum(w, place[i], place, columns, first, last, factors)
             if not lower:
-                _times_inverse(w, place[i], inverse + PLACE * i)
+                _times_inverse(w, place[i], factors, inverse + STRIDE * i)
     for i in range(count):
         for b in range(width):
             x[order[i], begin + b] = complex(w[place[i] + b], sign * w[place[i] + LANES + b])
@@ -249,30 +250,38 @@ def _room(size: int) -> np.ndarray:
     return at_cache_line(size)
 
 
+class _Groups(list[tuple[np.ndarray, np.ndarray]]):
+    """Room of the kernels with the factors at some of the frequencies, and shares of the determinant there, of each.
+
+    Whoever reads a room holds the list: with it the rooms are given back.
+    """
+
+    def __del__(self) -> None:
+        """Give the rooms back."""
+        for w, _ in self:
+            if len(w) * (len(_given_back) + 1) <= KEPT:
+                _given_back.append(w)
+
+
 @dataclass(frozen=True, eq=False)
 class FilmFactors:
-    """Factors of A at frequencies s (k,) [rad/s]."""
+    """Factors of A at frequencies s (k,) [rad/s], for any number of threads."""
 
     response: FilmResponse
     s: np.ndarray
 
-    def __del__(self) -> None:
-        """Give the rooms of the factors back."""
-        for w, _ in self.__dict__.get("_groups", ()):
-            if len(w) * (len(_given_back) + 1) <= KEPT:
-                _given_back.append(w)
+    def __post_init__(self) -> None:
+        if self.s.ndim != 1 or not len(self.s):
+            raise ValueError(f"film: frequencies of shape {self.s.shape}; give (k,) with one or more")
 
     @cached_property
-    def _groups(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Room of the kernels with the factors at some of the frequencies, and shares of the determinant there.
-
-        The last group is filled up.
-        """
+    def _groups(self) -> _Groups:
+        """Factors at all frequencies; the last group is filled up."""
         pattern, base, slope = self.response._parts
-        n, found = len(pattern.order), list[tuple[np.ndarray, np.ndarray]]()
+        n, found = len(pattern.order), _Groups()
         place, fill = np.zeros(len(pattern.starts) - 1, np.int64), -len(self.s) % LANES
         for s in np.pad(self.s.astype(complex), (0, fill), "edge").reshape(-1, LANES):
-            w, shares = _room(PLACE * (len(base) + 2 * n)), np.empty((-(-n // TOGETHER), 2, LANES))
+            w, shares = _room(STRIDE * (len(base) + n)), np.empty((-(-n // TOGETHER), 2, LANES))
             parts = np.concatenate([s.real, s.imag])
             filled_in = pattern.starts, pattern.columns, pattern.diagonal, base, slope, place, n, parts, w, shares
             _compiled()[0](*filled_in)
@@ -291,16 +300,20 @@ class FilmFactors:
     @cached_property
     def Z(self) -> np.ndarray:
         """Dynamic stiffness (k, q, q) [N/m]."""
-        last, size = self.response._parts[0].last, PLACE * len(self.response._parts[1])
+        last, size = self.response._parts[0].last, STRIDE * len(self.response._parts[1])
         parts = [w[:size].reshape(-1, 2, LANES)[last] for w, _ in self._groups]
         found = np.concatenate([one[..., 0, :] + 1j * one[..., 1, :] for one in parts], axis=2)
         return -found.transpose(2, 0, 1)[: len(self.s)]
 
     def solve(self, b: np.ndarray, adjoint: bool = False) -> np.ndarray:
         """A^-1 b, or A^-H b, for b (n, k) of one column a frequency; with one frequency for any columns."""
-        pattern, x = self.response._parts[0], np.array(b, complex, order="C")
-        place = np.zeros(len(b), np.int64)
-        for k in range(0, b.shape[1], LANES):
-            w, _ = self._groups[0 if len(self.s) == 1 else k // LANES]
-            _compiled()[1](pattern.starts, pattern.columns, pattern.diagonal, pattern.order, w, place, adjoint, x, k)
+        pattern, groups, x = self.response._parts[0], self._groups, np.array(b, complex, order="C")
+        n, k = len(pattern.order), len(self.s)
+        if x.ndim != 2 or len(x) != n or x.shape[1] != k > 1:
+            raise ValueError(f"film: right-hand sides of shape {x.shape}; give ({n}, {k if k > 1 else 'any'})")
+        w, place = at_cache_line(STRIDE * n), np.empty(n, np.int64)
+        for begin in range(0, x.shape[1], LANES):
+            factors, _ = groups[0 if k == 1 else begin // LANES]
+            _compiled()[1](pattern.starts, pattern.columns, pattern.diagonal, pattern.order, factors, w, place, adjoint,
+                           x, begin)  # fmt: skip
         return x

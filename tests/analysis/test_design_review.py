@@ -13,6 +13,8 @@ from rotorsim.analysis.design_review import (
     MET,
     MISSED,
     OPEN,
+    _scales,
+    _with_peaks,
     deflected_line,
     design_review,
     margin_of,
@@ -232,6 +234,25 @@ def test_a_machine_without_a_mode_in_the_region_has_a_steady_response():
 def test_the_vibration_checked_is_the_largest_at_the_operating_speeds(review):
     wide = design_review(review.plant, (2500 * RPM, 4000 * RPM))
     assert [c.verdict for c in wide.checks if c.rule == "vibration"] == [MISSED]
+
+
+def test_a_review_does_not_depend_on_the_order_in_which_its_responses_are_held(review):
+    turned = replace(review, responses=review.responses.transpose("z", "speed", "case"))
+    speeds = (review.low, review.high)
+    assert _scales(turned.responses, review.cases, review.probes, speeds) == review.scales
+    again = list(_with_peaks(review.criticals, turned.responses, review.cases, review.places))
+    assert [(m.peak, m.place, m.driven_by) for m in again] == [(m.peak, m.place, m.driven_by) for m in review.criticals]
+    for z in review.places.values():
+        np.testing.assert_array_equal(turned.motion("static 1", z), review.motion("static 1", z))
+
+
+@pytest.mark.parametrize("held", [slice(1, None), slice(-1)])
+def test_responses_of_other_cases_than_the_unbalances_are_refused(review, held):
+    fewer = review.responses.isel(case=held)
+    with pytest.raises(ValueError, match="zip"):
+        _scales(fewer, review.cases, review.probes, (review.low, review.high))
+    with pytest.raises(ValueError, match="zip"):
+        list(_with_peaks(review.criticals, fewer, review.cases, review.places))
 
 
 def test_the_drawing_shows_a_cone_with_both_its_diameters():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rotorsim.base.errors import DataError, MachineFileError
-from rotorsim.machine import Checked, Limits, Machine, ShaftMaterial, load_machine
+from rotorsim.machine import Checked, Limits, Machine, ShaftMaterial, load_machine, schema
+from rotorsim.machine.file_text import dumps
 from rotorsim.machine.limits import (
     FASTEST,
     check_speed,
@@ -77,6 +78,15 @@ def test_what_was_checked_changes_no_hash_and_limits_do(rig):
     assert rig.replace("checked.highest_speed", "9000 rpm").hash == rig.hash
     assert rig.replace("limits.tip_speed", "200 m/s").hash != rig.hash
     assert Machine.from_text(rig.text) == rig and rig.checked.highest_speed == pytest.approx(200 * np.pi)
+
+
+@pytest.mark.parametrize("changes", [{}, {"checked": None}], ids=["checked", "not checked"])
+def test_a_hash_writes_the_machine_once_whether_it_was_checked_or_not(rig, monkeypatch, changes):
+    machine, written = rig.with_(changes), []
+    monkeypatch.setattr(schema, "dumps", lambda part: written.append(part) or dumps(part))
+    own = machine.hash
+    assert len(written) == 1 and written[0].checked is None
+    assert machine.text_and_hash == (dumps(machine), own)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,8 @@
-"""The films' moment against tilt in linear models: of half and whole films, and what it does to a mode."""
+"""The films' moment against tilt in linear models, and the factors of a film: dense matrices, threads, copies."""
+
+import copy
+import re
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -51,14 +55,21 @@ def test_a_film_at_the_decay_of_one_of_its_cells_has_no_factors_there_and_keeps_
     assert found[:, 1] == pytest.approx(np.linalg.solve(J.toarray() + s * np.eye(3), np.ones(3)))
 
 
+def banded(n=40):
+    """A film of n states without a machine, by a seed."""
+    rng = np.random.default_rng(3)
+    J = np.diag(rng.uniform(4, 5, n)) + sum(np.diag(rng.standard_normal(n - abs(k)), k) for k in (-3, -1, 1, 3))
+    moved, read = rng.standard_normal((n, 4)), rng.standard_normal((4, n))
+    return FilmResponse(LinearFilm(rng.uniform(1, 2, n), sparse.csc_matrix(J), moved, 2 * moved, moved, read)), rng
+
+
 @pytest.mark.parametrize("adjoint", [False, True])
 def test_any_number_of_frequencies_or_columns_is_solved_as_a_dense_matrix_is(adjoint):
-    rng = np.random.default_rng(3)
-    J = np.diag(rng.uniform(4, 5, 40)) + sum(np.diag(rng.standard_normal(40 - abs(k)), k) for k in (-3, -1, 1, 3))
-    moved, read = rng.standard_normal((40, 4)), rng.standard_normal((4, 40))
-    response = FilmResponse(LinearFilm(rng.uniform(1, 2, 40), sparse.csc_matrix(J), moved, 2 * moved, moved, read))
+    response, rng = banded()
+    film = response.film
+    J = film.J.toarray()
     s = rng.standard_normal(19) + 3j * rng.standard_normal(19)
-    matrices = [J + one * np.diag(response.film.S) for one in s]
+    matrices = [J + one * np.diag(film.S) for one in s]
     b = rng.standard_normal((40, 19)) + 1j * rng.standard_normal((40, 19))
 
     def solved(matrix, columns):
@@ -68,8 +79,53 @@ def test_any_number_of_frequencies_or_columns_is_solved_as_a_dense_matrix_is(adj
     dense = np.column_stack([solved(matrix, b[:, k]) for k, matrix in enumerate(matrices)])
     np.testing.assert_allclose(every.solve(b, adjoint), dense, rtol=1e-11, atol=1e-13)
     np.testing.assert_allclose(first.solve(b, adjoint), solved(matrices[0], b), rtol=1e-11, atol=1e-13)
-    held = [read @ np.linalg.solve(matrix, (2 + one) * moved) for one, matrix in zip(s, matrices, strict=True)]
+    held = [
+        film.F_y @ np.linalg.solve(matrix, film.J_X + one * film.S_X) for one, matrix in zip(s, matrices, strict=True)
+    ]
     np.testing.assert_allclose(every.Z, held, rtol=1e-11, atol=1e-13)
-    own = np.diag(J) + s[:, None] * response.film.S
+    own = np.diag(J) + s[:, None] * film.S
     shares = np.array([np.linalg.det(matrix) for matrix in matrices]) / np.prod(own, axis=1)
     np.testing.assert_allclose(np.exp(every.log), shares, rtol=1e-11)
+
+
+def test_threads_solve_with_the_same_factors_as_one_does():
+    response, rng = banded(400)
+    factors, b = response.factors(rng.standard_normal(8) + 3j), rng.standard_normal((2, 400, 8))
+    own = [factors.solve(one) for one in b]
+
+    def unequal(k):
+        return sum(not np.array_equal(factors.solve(b[k]), own[k]) for _ in range(500))
+
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(unequal, (0, 1))) == [0, 0]
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_a_copy_of_factors_keeps_them_when_the_first_is_gone_and_gives_no_room_to_two(copied):
+    response, rng = banded()
+    b = rng.standard_normal((40, 1))
+    first = response.factors(np.array([3j]))
+    own, other = first.solve(b), copied(first)
+    del first
+    later = [response.factors(np.array([1j]))]
+    later[0].solve(b)
+    np.testing.assert_array_equal(other.solve(b), own)
+    del other
+    later += [response.factors(np.array([s])) for s in (2j, 4j)]
+    for _ in range(2):
+        for factors in later:
+            dense = np.linalg.solve(response.film.J.toarray() + factors.s * np.diag(response.film.S), b)
+            np.testing.assert_allclose(factors.solve(b), dense, rtol=1e-11, atol=1e-13)
+
+
+@pytest.mark.parametrize(("count", "shape"), [(3, (40, 5)), (3, (40, 9)), (3, (40, 1)), (1, (39, 1)), (1, (40,))])
+def test_right_hand_sides_that_are_not_those_of_the_frequencies_are_refused(count, shape):
+    factors = banded()[0].factors(1j * np.arange(count))
+    with pytest.raises(ValueError, match=re.escape(str(shape))):
+        factors.solve(np.ones(shape))
+
+
+@pytest.mark.parametrize("shape", [(0,), (1, 2)])
+def test_factors_at_no_frequency_or_at_a_table_of_them_are_refused(shape):
+    with pytest.raises(ValueError, match=re.escape(str(shape))):
+        banded()[0].factors(np.ones(shape))
