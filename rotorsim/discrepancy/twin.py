@@ -24,7 +24,7 @@ from rotorsim.discrepancy.changes import PLANE
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.assemble import Assembly, assemble, put_rows
+from rotorsim.plant.assemble import Assembly, assemble, put_rows, states_of
 from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.kernels.modal_rotor import SLOT
 from rotorsim.plant.linearise import linearise
@@ -452,7 +452,7 @@ class Twin:
         try:
             if near is None or ahead < 0:
                 return self._led(setting, rows, angle, pressure, own)[0][-length:]
-            led = led if led is not None and _is_laid_out_alike(self.assembly, led.assembly) else self
+            led = led if led is not None and _leads(led.assembly, self.assembly) else self
             kept = led._motions.get((_key(near), *own)) or led._led(near, rows, angle, pressure, own)[1]
             a, regulator = self.set(setting), self.regulator(setting, speed, pressure)
             w = settle(a, speed, regulator)
@@ -541,8 +541,15 @@ class Twin:
         return regulator_pressure(self.set(filed), speed, pressure)
 
 
-def _is_laid_out_alike(a: Assembly, b: Assembly) -> bool:
-    """Whether two assemblies of a machine have rotor, films, drive and actuators at the same places."""
+def _leads(b: Assembly, a: Assembly) -> bool:
+    """Whether a motion of `b` can be one of `a`, another assembly of the machine with more effects.
+
+    Rotor, films, drive and actuators are at the same places, and `b` has every effect of `a` that keeps references:
+    one that is off keeps them too, so that a step of its delay begins with those before.
+    """
+    kept = {call.record for call in b.calls}
+    if any(c.effect.port == "reference" and c.effect.states and c.record not in kept for c in a.calls):
+        return False
     stages = a.rig.old == b.rig.old and a.rig.n_stroke_states == b.rig.n_stroke_states
     return stages and a.rotor._replace(turning=0) == b.rotor._replace(turning=0)
 
@@ -554,7 +561,8 @@ def _put_in_motion(w: np.ndarray, a: Assembly, b: Assembly, rest: np.ndarray, mo
     w[moved] = moving[moved]
     own = {call.record: call for call in a.calls}
     for call in b.calls:
-        here, sizes = own[call.record], {"state": 0 if call.effect.port == "actuator" else call.effect.states}
+        here = own[call.record]
+        sizes = {"state": 0 if call.effect.port == "actuator" else states_of(call.effect, b.machine)}
         sizes["slot"] = SLOT if call.effect.port == "motion" else 0
         to, begin = here.numbers(a.rotor, a.rig), call.numbers(b.rotor, b.rig)
         for name, size in sizes.items():

@@ -255,7 +255,8 @@ def update_derived(a: Assembly, w: Any) -> None:
             factor = prod(_values(a, c, k) for c in plena)
             capacity[k] = a.P.capacity[f * a.film.n_inj + k] * factor
     amplifiers = [c for c in a.calls if c.effect.port == "amplifier"]
-    for k in range(len(a.machine.injectors) if a.rig.driven else 0):
+    pins = [k for k in range(a.rig.n_inj) if a.P.pinned[k]] if a.rig.driven else []
+    for k in pins:
         lag = a.P.amplifier_lag[k] * prod(_values(a, c, a.P.pinned[k]) for c in amplifiers)
         at = a.rig.table + TABLE * k
         w[at : at + 2] = _pure(blend)(a.P.sample / a.rig.substeps, lag)[:2]

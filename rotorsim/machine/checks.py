@@ -298,6 +298,9 @@ def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
 def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
     """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
+    if effect.port in ("reference", "amplifier") and not machine.injectors:
+        where = "" if machine.film is not None else " to a gas film"
+        return "", f"acts on the pins of injectors, but there are none; add [[injectors]]{where} or remove it"
     if (effect.place == "film" or effect.port in FILM_PORTS) and machine.film is None:
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
     bearing = getattr(effect, "bearing", None)

@@ -182,11 +182,11 @@ def _number(
         at = rig.shapes + 2 * rotor.n * k
         calls.append(Call(e, record, at, states[kind], seen.get(e.port, 0), machine.film_number(e)))
         seen[e.port] = seen.get(e.port, 0) + 1
-        states[kind] += _states_of(e, machine)
+        states[kind] += states_of(e, machine)
     return tuple(calls)
 
 
-def _states_of(effect: Effect, machine: Machine) -> int:
+def states_of(effect: Effect, machine: Machine) -> int:
     """Number of an effect's own states: those of each pin, where it acts on references."""
     return effect.states * len(machine.injectors) if effect.port == "reference" else effect.states
 
@@ -194,7 +194,7 @@ def _states_of(effect: Effect, machine: Machine) -> int:
 def _rig(machine: Machine, rotor: RotorLayout, n_inj: int, ports: dict[str, int], effects: list[Effect]) -> RigLayout:
     driven = int(bool(machine.injectors) and machine.actuators is not None and machine.actuators.mode != "ideal")
     stroke_states = sum(e.states for e in effects if e.port == "actuator")
-    states = sum(_states_of(e, machine) for e in effects if e.port != "actuator")
+    states = sum(states_of(e, machine) for e in effects if e.port != "actuator")
     substeps = math.ceil(machine.sampling_time / SUBSTEP - 1e-9)
     return make_rig_layout(
         rotor.size, rotor.n_films, n_inj, len(machine.injectors), driven, substeps, ports,

@@ -8,8 +8,9 @@ The delay of an axis is that of the film force behind the reference with the jou
 -F_y (J + i omega S)^-1 J_u at the axis' natural frequency. It is what plenum and film take to answer the pin; nothing
 in the model is called a delay.
 
-Pins are ideal here, `pin_per_volt` metres for a volt: actuators are fast against the rotor, and their hysteresis has no
-linear model. Forces that vary with the shaft angle (a crack) and the flow in a supply line are held.
+Pins are ideal here, `pin_per_volt` metres for a volt times the gain of the effects on their references: actuators are
+fast against the rotor, and their hysteresis has no linear model. Delays of references are not in the model. Forces that
+vary with the shaft angle (a crack) and the flow in a supply line are held.
 
 One LU factorisation gives the film's frequency response at complex frequency s: dynamic stiffness, damping, actuation.
 With A(s) = J + s S of `reynolds.perturbation` and L(s) = A^-T F_y' (two adjoint solves),
@@ -491,8 +492,19 @@ def _pin_gains(a: Assembly) -> np.ndarray:
     for k, injector in enumerate(a.films[first].injectors, first * n):
         step = 1e-9
         slope = (_conductance(a, k, injector, step) - _conductance(a, k, injector, -step)) / (2 * step)
-        gains[k] = slope * a.P.pin_x[k], slope * a.P.pin_y[k]
+        gains[k] = slope * _travel_per_volt(a, k)
     return gains
+
+
+def _travel_per_volt(a: Assembly, k: int) -> np.ndarray:
+    """Travel (2,) [m/V] of the pin of injector k per volt of each reference; effects that delay them are left out."""
+    passed = np.eye(2)  # rows: the references of the pin; columns: those given
+    for call in a.calls:
+        if call.effect.port == "reference" and not call.effect.states:
+            kernel = type(call.effect).kernel
+            change, p = getattr(kernel, "py_func", kernel), getattr(a.P, call.record)
+            passed = np.array([change(a.w, 0, a.P.pinned[k], 0, x, y, p) for x, y in passed.T]).T
+    return np.array([a.P.pin_x[k], a.P.pin_y[k]]) @ passed
 
 
 def _conductance(a: Assembly, k: int, injector: Injector, step: float) -> float:

@@ -104,17 +104,20 @@ def test_twins_of_one_grid_share_their_machine_code():
 @pytest.mark.slow
 def test_a_step_of_a_difference_that_goes_on_from_the_motion_nearby_gives_the_same_derivative():
     """A film has forgotten a small change within 0.12 s to half a percent, at two thirds of the samples."""
-    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4), only=("runout",))
+    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4), only=("runout", "actuator_delay", "actuator_gain"))
     rows, t = np.zeros((6000, 6)), np.arange(6000) * 2e-4
     rows[:, 0], rows[:, 1] = 2 * np.pi * 50, 0.4e6
     rows[:, 2] = 0.3 * sum(np.cos(2 * np.pi * f * t + f) for f in range(20, 200, 15))
     trial = trial_of(rows, np.zeros((6000, 2)), 0.3, "multisine")
     assert trial.lead > 0
     origin, key = ParameterPoint(), FitParameter("shaft_damping", 0.1)
-    for parameter in (key, FitParameter("actuator_x", 0.02), FitParameter("unbalance.0.me~phase.c", 1e-6)):
-        there = origin.moved([parameter], np.array([parameter.step]))
-        here, cold = simulate(twin, trial, origin), simulate(twin, trial, there)
-        assert np.abs(simulate(twin, trial, there, near=origin) - cold).max() < 0.02 * np.abs(cold - here).max()
+    delay, gain = FitParameter("actuator_delay.0.delay", 5e-5), FitParameter("actuator_gain.0.error", 1e-3)
+    late = origin.moved([delay], np.array([5e-3]))
+    steps = [(origin, p) for p in (key, FitParameter("actuator_x", 0.02), FitParameter("unbalance.0.me~phase.c", 1e-6))]
+    for begin, parameter in (*steps, (late, gain), (origin, delay)):
+        there = begin.moved([parameter], np.array([parameter.step]))
+        here, cold = simulate(twin, trial, begin), simulate(twin, trial, there)
+        assert np.abs(simulate(twin, trial, there, near=begin) - cold).max() < 0.02 * np.abs(cold - here).max()
 
 
 @pytest.mark.slow
@@ -131,6 +134,22 @@ def test_a_run_from_the_motion_of_the_machine_without_a_candidate_has_the_bits_o
     found = [own.over_period(values, rows, 0.3, 0.4e6, 2000, {"unbalance.0.me": 2e-6}, one) for one in (None, led)]
     np.testing.assert_array_equal(*found)
     assert len(led._motions) == 1 and np.ptp(found[0][:, 0]) > 1e-7
+
+
+@pytest.mark.slow
+def test_a_step_of_a_delay_begins_with_the_references_before_also_where_the_motion_has_none_of_them():
+    """A delay that is off keeps the references: its motion is its own, not that of a twin that keeps none."""
+    twin = Twin(load_machine("dtu_gas_bearing"), (16, 4))
+    rows, t = np.zeros((4000, 6)), np.arange(4000) * 2e-4
+    rows[:, 0], rows[:, 1], rows[:, 2] = 2 * np.pi * 50, 0.4e6, 0.3 * np.cos(2 * np.pi * 45 * t)
+    near = {"unbalance.0.me": 2e-6}
+    values = near | {"actuator_delay.0.delay": 1e-3}
+    own, led = twin.lean(values), twin.lean(near)
+    found = [own.over_period(values, rows, 0.3, 0.4e6, 2000, near, one) for one in (None, led)]
+    np.testing.assert_array_equal(*found)
+    assert not led._motions and len(own._motions) == 1
+    off, cold = (own.over_period(one, rows, 0.3, 0.4e6, 2000)[:, :2] for one in (near, values))
+    assert np.abs(found[0][:, :2] - cold).max() < 0.005 * np.abs(off - cold).max()
 
 
 @pytest.mark.slow

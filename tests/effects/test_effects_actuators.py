@@ -146,6 +146,22 @@ def test_the_drive_of_one_pin_moves_that_pin_alone_by_its_gain(rig_of, held, mod
     assert np.array_equal(runs[1][:, 1:], runs[0][:, 1:])
 
 
+def test_the_linear_model_has_the_gains_of_the_drives(rig_of, held):
+    """Displacements of two runs with references held either way, 0.1 V apart: straight within a percent."""
+    speed, pressure, tables = 300.0, 0.6e6, [{"injector": 1, "error": -0.2}, {"injector": 0, "error": 0.1}]
+    plant = rig_of("ideal", {"effects.actuator_gain": tables, "effects.actuator_delay": {"delay": "1 ms"}})
+    found, measured = plant.linearise(speed, pressure).static_gain, np.zeros((2, 2))
+    for axis in range(2):
+        for volt in (0.05, -0.05):
+            rows = held(2500, speed, pressure)
+            rows[:, 2 + axis] = volt
+            measured[:, axis] += np.sign(volt) * plant.start(speed, pressure).advance(rows)[-1, :2] / 0.1
+    assert found == pytest.approx(measured, abs=0.01 * np.abs(measured).max())
+    right = rig_of("ideal").linearise(speed, pressure).static_gain
+    assert found[:, 0] == pytest.approx(1.1 * right[:, 0], rel=1e-9)  # both pins along x
+    assert found[1, 1] < 1.05 * right[1, 1]  # one of those along y travels by 0.88
+
+
 @pytest.mark.parametrize("mode", ["ideal", "reference"])
 def test_late_references_move_the_pins_later_by_samples_and_their_parts(rig_of, held, mode):
     """Three samples: the same pins three samples later. Half a sample more: the mean of both. Tables add up."""

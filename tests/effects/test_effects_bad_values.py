@@ -115,3 +115,26 @@ def test_the_same_effects_apart_in_order_or_switched_off_are_taken(tables):
 def test_a_plain_rotor_refuses_what_acts_in_a_film_it_has_not():
     for name in ("plenum_volume", "pedestal", "journal_tilt", "out_of_round", "creep"):
         assert "acts in a gas film, but there is none" in problems({name: {}}, "plain_rotor")[0]
+
+
+@pytest.mark.parametrize("name", ["plain_rotor", "aerostatic_spindle"])
+@pytest.mark.parametrize("effect", ["actuator_delay", "actuator_gain", "amplifier_lag"])
+def test_a_machine_without_pins_refuses_what_acts_on_them_by_what_it_has_not(effect, name):
+    (found,) = problems({effect: {}}, name)
+    assert found.startswith(f"effects.{effect}: ") and "pins" in found and "[[injectors]]" in found
+
+
+def test_another_lag_of_the_amplifiers_is_refused_where_pins_have_none():
+    """At its neutral value it changes nothing anyway."""
+    text = tomlkit.parse(machine_text("dtu_gas_bearing"))
+    text["effects"] = {"amplifier_lag": {"injector": 1, "change": 0.5}}
+    driven = Machine.from_text(tomlkit.dumps(text))
+    with pytest.raises(MachineFileError) as caught:
+        driven.replace("actuators.mode", "ideal")
+    (found,) = caught.value.problems
+    assert found.startswith("effects.amplifier_lag: ") and "actuators.mode" in found
+    assert (
+        driven.replace("actuators.mode", "voltage")
+        .replace("effects.amplifier_lag.change", 0.0)
+        .replace("actuators.mode", "ideal")
+    )

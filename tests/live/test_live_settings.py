@@ -5,14 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import tomlkit
 
 from coarse_rig import RPM, coarse, make_rig
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.live.laws import read_laws
 from rotorsim.live.rig import SCATTER, Rig
-from rotorsim.live.settings import equip, with_value
+from rotorsim.live.settings import equip, update_derived, with_value
+from rotorsim.machine import Machine
 from rotorsim.plant import Plant
+from rotorsim.plant.assemble import assemble
+from rotorsim.plant.kernels.injectors import TABLE
 from rotorsim.plant.kernels.layout import AT
+from rotorsim.plant.simulation import Simulation
 
 
 def fresh(changes=()):
@@ -50,6 +55,28 @@ def test_a_slider_does_what_the_machine_file_would_do_bit_for_bit(key, value, te
     rig.reset()
     rows = np.concatenate([rig.advance(200), rig.advance(300)])
     assert rows[:, :-6].tobytes() == fresh([(f"effects.{key}", text)]).tobytes()
+
+
+@pytest.mark.parametrize("bearing", [1, 2])
+def test_a_slower_amplifier_is_that_of_a_plant_built_with_it_whichever_film_its_pin_feeds(bearing):
+    """Weights of the amplifiers' lag: pins of a second film have their numbers behind those of the first."""
+    text = tomlkit.parse(coarse().text)
+    if bearing == 2:
+        text["bearings"].insert(1, text["bearings"][1].unwrap() | {"position": "60 mm"})
+    text["injection"]["bearing"] = bearing
+    text["effects"] = {"gravity": {"acceleration": "9.81 m/s^2"}, "amplifier_lag": {"injector": 2}}
+    machine = Machine.from_text(tomlkit.dumps(text))
+    built = assemble(machine.with_({"effects.amplifier_lag.change": 3.0}))
+    tables = []
+    for a in (assemble(machine), built):
+        simulation = Simulation.at_equilibrium(a, 0.0, 0.3e6)
+        at = slice(a.rig.table, a.rig.table + TABLE * a.rig.n_inj)
+        tables.append((a, simulation.w, at, simulation.w[at].copy()))
+    (a, w, at, before), (_, _, _, wanted) = tables
+    a.record["amplifier_lag_0"]["change"] = 3.0
+    update_derived(a, w)
+    assert w[at] == pytest.approx(wanted, rel=1e-14, abs=0)
+    assert np.flatnonzero(wanted != before).tolist() == [TABLE * (a.film.n_inj * (bearing - 1) + 1) + k for k in (0, 1)]
 
 
 def test_the_set_speed_stays_where_it_is_while_the_shaft_wanders_about_it():

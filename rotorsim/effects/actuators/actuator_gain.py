@@ -41,8 +41,6 @@ class ActuatorGain(Effect):
 def no_such_pin(number: float, machine: Any) -> dict[str, str]:
     """A sentence for the number of a pin, 0 for all, that the machine has not."""
     count = len(machine.injectors)
-    if not count:
-        return {"": "acts on the pins of injectors, but there are none; add [[injectors]] or remove it"}
     if number > count:
         return {"injector": f"{number:g} is none of the pins; write 1 to {count}, or 0 for all"}
     return {}

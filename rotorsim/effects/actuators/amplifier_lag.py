@@ -33,5 +33,7 @@ class AmplifierLag(Effect):
     change: float = param("1", bounds=(-0.95, 9.0), doc="Relative change of the time constant.")
 
     def problems(self, machine: Any) -> dict[str, str]:
-        """The pin exists."""
+        """The pin exists and an amplifier drives it."""
+        if self.change and machine.actuators is not None and machine.actuators.mode == "ideal":
+            return {"": "changes nothing, as ideal pins have no amplifier; set actuators.mode = 'voltage' or remove it"}
         return no_such_pin(self.injector, machine)
