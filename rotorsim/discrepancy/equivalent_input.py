@@ -115,6 +115,7 @@ def equivalent_inputs(
     Those of the axes, and those of single injectors, are left out where they do not take most of the misfit.
 
     `base` has the numbers of the calibration, which is fitted anew next to them: one without them may be led astray.
+    That fit begins at the machine file, and at `base` where it does not take most of the misfit from there.
     `best` is the point of what explains the records best.
     """
     injectors, driven = comparison.twin.machine.injectors, any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
@@ -135,12 +136,13 @@ def _of_all(
     """Equivalent inputs of all pins of an axis, and of single ones; each has a calibration of its own."""
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
-    found, columns = list[EquivalentInput](), dict[int, np.ndarray]()
+    found, begins = list[EquivalentInput](), [(start, dict[int, np.ndarray]()), (base, dict[int, np.ndarray]())]
     for sources in (axes, alone):
-        if sources:
-            fit, solution = _solved(comparison, start, sources, columns)
+        for begin, columns in begins if sources else ():
+            fit, solution = _solved(comparison, begin, sources, columns)
             if _take_most(solution, base):
                 found += _read(comparison, fit, sources, solution, best)
+                break
     return tuple(found)
 
 
