@@ -14,6 +14,9 @@ Pins that answer one reference move the rotor alike; a curve for all pins of an 
 are not. The input is that of the plant's tangent: where the film bends with the motion it is some per cent off, which
 the intervals hold; an effect that is fitted has no such error.
 
+A cause elsewhere would be forced into inputs. These are shown where they take most of the misfit that the calibration
+alone leaves beyond the noise; where more than noise is left next to them, intervals are wider.
+
 Cites: platz_2001.
 """
 
@@ -29,7 +32,7 @@ from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.comparison import TwinComparison
-from rotorsim.discrepancy.fit import ParameterFit, covariance, prior_rows, step_of
+from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, prior_rows, step_of
 
 GAIN = "actuator_gain"
 """Effect whose sensitivities are those to the input of an injector."""
@@ -43,6 +46,12 @@ ERROR, LATE = 0.3, 2e-3
 """Standard deviations, before the records, of an input's relative error [1] and of the time by which it is late [s]."""
 MOST_ROUNDS, ENDED = 5, 1.0
 """Most rounds of the solution, and the fall of the sum of squares below which it has ended."""
+SHARES = 0.5 ** np.arange(5)
+"""Shares of a step [1] that are tried until the sum of squares falls."""
+TAKEN, OF_ALL = 0.9, 0.25
+"""Least shares [1] of the misfit beyond the noise, and of the whole sum of squares, that shown inputs take."""
+EARLY = 2.0
+"""Standard deviations of its time by which an input that is known may come early: no drive does."""
 FORM = 0.03
 """Standard deviation of a ratio's relative error by the tangent of a film that bends with the motion, in each band."""
 KNOWN = 0.5
@@ -76,8 +85,9 @@ class EquivalentInput:
 
     @property
     def is_known(self) -> bool:
-        """Whether the records determine its error and its time, next to those of the others."""
-        return self.error_sd < KNOWN * ERROR and self.late_sd < KNOWN * LATE
+        """Whether the records determine its error and its time next to those of the others, and it is not early."""
+        determined = self.error_sd < KNOWN * ERROR and self.late_sd < KNOWN * LATE
+        return determined and self.late >= -EARLY * self.late_sd
 
     @property
     def sentence(self) -> str:
@@ -102,7 +112,10 @@ def equivalent_inputs(
 ) -> tuple[EquivalentInput, ...]:
     """Equivalent inputs of both axes and of every injector with a pin; none where no record drives them.
 
+    Those of the axes, and those of single injectors, are left out where they do not take most of the misfit.
+
     `base` has the numbers of the calibration, which is fitted anew next to them: one without them may be led astray.
+    That fit begins at the machine file, and at `base` where it does not take most of the misfit from there.
     `best` is the point of what explains the records best.
     """
     injectors, driven = comparison.twin.machine.injectors, any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
@@ -123,11 +136,13 @@ def _of_all(
     """Equivalent inputs of all pins of an axis, and of single ones; each has a calibration of its own."""
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
-    found, columns = list[EquivalentInput](), dict[int, np.ndarray]()
+    found, begins = list[EquivalentInput](), [(start, dict[int, np.ndarray]()), (base, dict[int, np.ndarray]())]
     for sources in (axes, alone):
-        if sources:
-            fit, solution = _solved(comparison, start, sources, columns)
-            found += _read(comparison, fit, sources, solution, best)
+        for begin, columns in begins if sources else ():
+            fit, solution = _solved(comparison, begin, sources, columns)
+            if _take_most(solution, base):
+                found += _read(comparison, fit, sources, solution, best)
+                break
     return tuple(found)
 
 
@@ -136,6 +151,7 @@ class InputErrors:
     """Errors of inputs (2 k,), real and imaginary parts in turn, with covariance; the columns (n,) that they answer.
 
     band : number of the band (n,) of each line; middles (b,) [Hz]
+    cost, wider : sum of squares left, with priors; factor of covariances, where more than noise is left
     """
 
     errors: np.ndarray
@@ -144,6 +160,17 @@ class InputErrors:
     turned: list[np.ndarray]
     band: np.ndarray
     middles: np.ndarray
+    cost: float
+    wider: float
+
+
+def _take_most(found: InputErrors, base: ParameterFit) -> bool:
+    """Whether inputs take most of what a calibration leaves beyond the noise, besides what their number takes from it.
+
+    A floor may be higher than the noise: little more than it is no measure of a misfit, a share of all is.
+    """
+    excess = base.cost - len(base.residual)
+    return excess > 0 and base.cost - found.cost - len(found.errors) >= max(TAKEN * excess, OF_ALL * base.cost)
 
 
 def _solved(
@@ -152,8 +179,9 @@ def _solved(
 ) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
     """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
 
-    The plant has the calibration; the errors stay linear. `columns` are those of single pins, found where there are
-    none, and once more after the first step.
+    The plant has the calibration; the errors stay linear. A step is halved until the sum of squares falls, and the
+    solution ends where no share of it does. `columns` are those of single pins, found where there are none, and once
+    more after the first step.
     """
     n, f = len(base.parameters), comparison.layout.frequency
     parameters = (*base.parameters, *(FitParameter(f"input.{i}", STEP, ERROR) for i in range(2 * BANDS * len(sources))))
@@ -170,15 +198,23 @@ def _solved(
             parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
                      for part in pair]  # fmt: skip
             J = np.column_stack([base.J, *parts])
-        r = base.residual - J[:, n:] @ e
-        step = step_of(J, r, np.concatenate([base.vector, e]), p, 0.0)
-        point = base.point.moved(base.parameters, within(base.parameters, base.vector + step[:n]) - base.vector)
-        base, e = replace(base, point=point, residual=comparison.residual(point)), e + step[n:]
-        left = base.residual - J[:, n:] @ e
-        if abs(float(r @ r - left @ left)) < ENDED and number:
+        r, v = base.residual - J[:, n:] @ e, np.r_[base.vector, e]
+        cost = cost_of(r, v, p)
+        change = within(parameters, v + step_of(J, r, v, p, 0.0)) - v
+        for share in SHARES:
+            point, errors = base.point.moved(base.parameters, share * change[:n]), e + share * change[n:]
+            new = comparison.residual(point)
+            left = new - J[:, n:] @ errors
+            if (found := cost_of(left, v + share * change, p)) < cost:
+                base, r, e = replace(base, point=point, residual=new), left, errors
+                break
+        else:
             break
-    whole = replace(base, parameters=parameters, J=J, residual=left)
-    return base, InputErrors(e, covariance(whole, comparison.layout.record)[n:, n:], S, turned, band, middles)
+        if number and cost - found < ENDED:
+            break
+    whole = replace(base, parameters=parameters, J=J, residual=r, cost=cost_of(r, np.r_[base.vector, e], p))
+    V = covariance(whole, comparison.layout.record)[n:, n:]
+    return base, InputErrors(e, V, S, turned, band, middles, whole.cost, max(1.0, whole.chi2 / len(r)))
 
 
 def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, np.ndarray]:
@@ -204,7 +240,7 @@ def _read(
         per = np.block([[np.diag((1 / ratio).real), np.diag(-(1 / ratio).imag)],
                         [np.diag((1 / ratio).imag), np.diag((1 / ratio).real)]])  # fmt: skip
         V = per @ found.V[np.ix_(np.r_[at, at + 1], np.r_[at, at + 1])] @ per.T
-        V += FORM**2 * np.eye(len(V))
+        V = found.wider * (V + FORM**2 * np.eye(len(V)))
         sd, y = np.sqrt(np.diag(V)), np.concatenate([np.log(np.abs(ratio)), np.unwrap(np.angle(ratio))])
         design = np.block([[np.ones((BANDS, 1)), np.zeros((BANDS, 1))], [np.zeros((BANDS, 1)), -omega[:, None]]])
         weighted = answer(np.linalg.solve, V, design)
