@@ -264,7 +264,7 @@ def _at_place(
 def stability_of(
     law: ProposedLaw, laws: Sequence[ProposedLaw], fit: ObservedPlaces, base: ParameterFit
 ) -> Stability | None:  # fmt: skip
-    """How often random halves of the records choose a law among all terms at all places, those of other laws too."""
+    """Count the random halves of the records that choose a law among all terms at all places, other laws' too."""
 
     def terms(one: ProposedLaw) -> list[PlacedTerm]:
         return [PlacedTerm(t.term.name, t.place or one.place, t.columns(fit, one.place)) for t in one.terms]
@@ -523,7 +523,7 @@ class DiscoveredLaw:
     """Moments of the records: displacement and velocity (n, 2) there, force (n, 2) measured and of the law, and the
     standard deviation of the latter."""
     chosen: Stability | None = None
-    """How often random halves of the records choose it."""
+    """Halves of the records that choose it, and what the others choose."""
 
     @property
     def sentence(self) -> str:

@@ -59,7 +59,7 @@ class Stability:
 
     @property
     def sentence(self) -> str:
-        """How many halves choose the law, its place, and what the others choose."""
+        """Numbers of halves that choose the law and its place, and what the others choose."""
         more = "; ".join(f"{name}: {count}" for name, count in self.others)
         others = f"; others choose {more}" if more else ""
         return (

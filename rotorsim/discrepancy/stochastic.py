@@ -1,4 +1,4 @@
-r"""What does not repeat: a random force at a place, a line between orders, a speed that wanders, drifts of records.
+r"""Motions that do not repeat: a random force at a place, a line between orders, a speed that wanders, drifts.
 
 A force that repeats with no period leaves the blocks of a record apart. Their deviations d from their mean have
 

@@ -242,8 +242,7 @@ def _inputs(inputs: Sequence[EquivalentInput]) -> Block:
     text = (
         "Ratio of the input that would make the measured response to the commanded one, next to a new calibration. "
         "Dots with two standard deviations are the records, the line is what was found. A phase that falls with the "
-        "frequency is an input that comes late; pins that follow one reference are better known together. A cause "
-        "that is not at the input shows here too, as errors that no drive has."
+        "frequency is an input that comes late; pins that follow one reference are better known together."
     )
     texts = [f"{one.sentence}." for one in inputs]
     return Block("Equivalent input of the injectors", text, figure=ratios_of(inputs), texts=texts)

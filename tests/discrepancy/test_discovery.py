@@ -461,7 +461,7 @@ def test_a_record_with_next_to_no_line_at_1x_neither_hides_a_wander_nor_changes_
 
 
 def test_the_interval_of_a_wander_holds_its_size_as_often_as_it_states():
-    """Of 60 seeds nearly all are found, some two thirds of them within a standard deviation."""
+    """Nearly all of 60 seeds are found, some two thirds of them within a standard deviation."""
     every = [wandering_speed(blocks_at_1x(lambda q, rng: q * (np.exp(0.1j * rng.normal()) - 1), records=12, seed=seed))
              for seed in range(60)]  # fmt: skip
     off = np.array([(one.size[0] - 0.1) / one.sd[0] for one in every if one is not None])
