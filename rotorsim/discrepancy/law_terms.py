@@ -117,11 +117,6 @@ class LibraryTerm:
         return all(part.removeprefix("s * ") in MOTION for part in self.parts)
 
     @property
-    def linear(self) -> bool:
-        """Whether it is linear in displacement and velocity with a factor that no angle changes, but the speed may."""
-        return all(part.replace("speed * ", "").removeprefix("s * ") in MOTION for part in self.parts)
-
-    @property
     def of_film(self) -> bool:
         """Whether it changes with the thickness of a film."""
         return any(name == CLEARANCE for name, _, _ in self.shape)
@@ -162,6 +157,10 @@ def _over_thickness(n: int) -> tuple[LibraryTerm, ...]:
 
 def _late(omega: np.ndarray, delay: float) -> np.ndarray:
     return np.asarray(np.exp(-1j * omega * delay))
+
+
+def _relaxing(omega: np.ndarray, corner: float) -> np.ndarray:
+    return np.asarray(1j * omega / (corner + 1j * omega))
 
 
 def _of_hidden_mass(omega: np.ndarray, resonance: float, damping_ratio: float) -> np.ndarray:
@@ -205,11 +204,14 @@ LIBRARY = (
 )  # fmt: skip
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
 ORDER_FORCES = tuple(
-    LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
-    for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))
-)  # fmt: skip
+    LibraryTerm(f"force at {n}X", "N", tuple(f"math.{wave}({n} * angle)" for wave in ("cos", "sin"))) for n in (1, 2)
+)
 """Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
 its film, is nearly one."""
+CORNERS = (30.0, 100.0, 300.0, 850.0)
+"""Corners [rad/s] of relaxations, 5 to 135 Hz; one between two of them is nearly a sum of both."""
+RELAXATION = LibraryTerm("relaxation", "N/m", ("u",), (("corner", "rad/s", CORNERS),), _relaxing)
+"""Force that gives way when slow, as that of a gas that is squeezed or of a plenum that fills; it is no law."""
 
 
 def clearances(machine: Machine) -> dict[str, float]:
