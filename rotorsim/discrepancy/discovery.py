@@ -719,23 +719,29 @@ def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) ->
 def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost: float) -> bool:
     """Whether a law, with this sum of squares, explains clearly more than errors of gas films' models may.
 
-    A late force is such an error too.
+    It has to explain more than linear forces at any one place do that change with powers of the speed, too. A late
+    force is never a law.
     """
     late = any(one.term.memory is not None and not one.term.resonates for one in law.terms)
-    return not late and _left_by_films(seen, base) - cost > OF_RESONANCE
+    changing = [LawTerm(term) for term in LIBRARY if term.linear and not (term.constant or term.memory)]
+    forces = [*STEADY, *changing, *(LawTerm(term) for term in ORDER_FORCES)]
+    least = [_left_by_films(seen, base), *(solved(seen, None, base, place, forces).cost for place in seen.motions)]
+    return not late and min(least) - cost > OF_RESONANCE
 
 
 def _left_by_films(seen: ObservedPlaces, base: ParameterFit) -> float:
     """Sum of squares that errors of gas films' models leave, which are linear in the motion while it is small.
 
-    At all places together act all constant forces, with coefficients of their own at each speed and pressure,
-    relaxations, whose coefficients do not change, and forces at 1X and 2X: the displacement of a journal from the
-    middle of its film hardly moves. Coefficients of one speed and pressure are eliminated by their own records.
+    At all films together act all constant forces, with coefficients of their own at each speed and pressure, and
+    relaxations, whose coefficients do not change; at all places forces at 1X and 2X: the displacement of a journal from
+    the middle of its film hardly moves. Coefficients of a speed and pressure are eliminated by their own records.
     """
-    forces = [*STEADY, *(LawTerm(term) for term in ORDER_FORCES)]
-    steady = np.column_stack([one.columns(seen, place) for place in seen.motions for one in forces])
+    films = [place for place, own in seen.motions.items() if own[0].clearance]
+    orders = [LawTerm(term) for term in ORDER_FORCES]
+    steady = np.column_stack([one.columns(seen, place) for place in seen.motions
+                              for one in (*orders, *(STEADY if place in films else ()))])  # fmt: skip
     relaxing = [LawTerm(RELAXATION, tuple(shape.items())) for shape in RELAXATION.options(1.0)]
-    A, b, _ = _least_squares(seen, base, [one.columns(seen, place) for place in seen.motions for one in relaxing])
+    A, b, _ = _least_squares(seen, base, [one.columns(seen, place) for place in films for one in relaxing])
     trials = seen.comparison.trials
     points = list(zip(_levels([t.speed for t in trials]), _levels([t.pressure for t in trials]), strict=True))
     for point in set(points):

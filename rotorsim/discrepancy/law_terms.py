@@ -117,6 +117,11 @@ class LibraryTerm:
         return all(part.removeprefix("s * ") in MOTION for part in self.parts)
 
     @property
+    def linear(self) -> bool:
+        """Whether it is linear in displacement and velocity with a factor that no angle changes, but the speed may."""
+        return all(part.replace("speed * ", "").removeprefix("s * ") in MOTION for part in self.parts)
+
+    @property
     def of_film(self) -> bool:
         """Whether it changes with the thickness of a film."""
         return any(name == CLEARANCE for name, _, _ in self.shape)
@@ -204,8 +209,9 @@ LIBRARY = (
 )  # fmt: skip
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
 ORDER_FORCES = tuple(
-    LibraryTerm(f"force at {n}X", "N", tuple(f"math.{wave}({n} * angle)" for wave in ("cos", "sin"))) for n in (1, 2)
-)
+    LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
+    for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))
+)  # fmt: skip
 """Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
 its film, is nearly one."""
 CORNERS = (30.0, 100.0, 300.0, 850.0)
