@@ -18,6 +18,7 @@ import hashlib
 import math
 import re
 import sys
+from bisect import bisect
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
@@ -26,6 +27,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+from scipy.linalg import orth
 from scipy.optimize import fmin
 
 from rotorsim.base.cache import in_cache
@@ -41,6 +43,7 @@ from rotorsim.discrepancy.law_terms import (
     CLEARANCE,
     LIBRARY,
     ORDER_FORCES,
+    RELAXATION,
     LibraryTerm,
     ObservedPlaces,
     PlaceMotion,
@@ -49,7 +52,7 @@ from rotorsim.discrepancy.law_terms import (
 )
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
-from rotorsim.discrepancy.trial import Trial, one_speed
+from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation, probability_of
 from rotorsim.effects import REGISTRY
@@ -77,8 +80,8 @@ ONE_AMPLITUDE = (
 )
 """Notes on records of which no law can be identified."""
 OF_FILM = (
-    "a further force makes all records together agree clearly better; stiffness, damping and cross stiffness that "
-    "change with the speed, with forces at 1X and 2X, do nearly as well, and so does an error of the gas film's model: "
+    "a further force makes all records together agree clearly better; linear forces that change with speed, "
+    "pressure and frequency, with forces at 1X and 2X, do nearly as well, as does an error of the gas film's model: "
     "it is not taken for a law and changes no verdict; record with more excitation, so that the force bends"
 )
 """Note on a force that is not known from an error of the film's model."""
@@ -129,6 +132,13 @@ class LawTerm:
         """Whitened responses (n, k) to its coefficients at a place."""
         found = seen.columns(self.place or place, self.term, dict(self.shape))
         return found.reshape(len(found), 2, -1).sum(axis=1) if self.one else found
+
+
+STEADY = tuple(
+    LawTerm(term, (("resonance", RIGID), ("damping_ratio", 0.0)) if term.resonates else ())
+    for term in LIBRARY if term.constant and (term.memory is None or term.resonates)
+)  # fmt: skip
+"""Linear forces with constant coefficients, and a mass that is rigid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,24 +364,33 @@ def _shaped(fit: ObservedPlaces, base: ParameterFit, place: str, terms: Sequence
     return at(np.asarray(found))
 
 
+def _least_squares(
+    fit: ObservedPlaces, base: ParameterFit, columns: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Scaled least-squares problem A x = b for the calibration's change and coefficients of columns, and the scales."""
+    p, S = prior_rows(base.parameters), np.column_stack(columns)
+    A = np.block([[fit.J, S], [np.diag(p), np.zeros((len(p), S.shape[1]))]])
+    size = np.linalg.norm(A, axis=0)
+    size[size == 0] = 1.0
+    return A / size, np.concatenate([fit.residual, -p * base.vector]), size
+
+
 def solved(
     fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, terms: Sequence[LawTerm]
 ) -> ProposedLaw:  # fmt: skip
     """Coefficients of terms together with the calibration's change, by least squares."""
-    p, S = prior_rows(base.parameters), np.column_stack([one.columns(fit, place) for one in terms])
-    A = np.block([[fit.J, S], [np.diag(p), np.zeros((len(p), S.shape[1]))]])
-    b = np.concatenate([fit.residual, -p * base.vector])
-    size = np.linalg.norm(A, axis=0)
-    size[size == 0] = 1.0
-    x = answer(np.linalg.lstsq, A / size, b, rcond=1e-9)[0] / size
-    after = fit.residual - fit.J @ x[: len(p)] - S @ x[len(p) :]
+    columns = [one.columns(fit, place) for one in terms]
+    A, b, size = _least_squares(fit, base, columns)
+    scaled = answer(np.linalg.lstsq, A, b, rcond=1e-9)[0]
+    x, k = scaled / size, len(base.parameters)
+    after = fit.residual - fit.J @ x[:k] - np.column_stack(columns) @ x[k:]
     misfit = 0.0
     if held is not None:
         there = np.column_stack([one.columns(held, place) for one in terms])
-        left = held.residual - held.J @ x[: len(p)] - there @ x[len(p) :]
+        left = held.residual - held.J @ x[:k] - there @ x[k:]
         misfit = float(left @ left)
-    sd = np.sqrt(np.diag(answer(np.linalg.pinv, (A / size).T @ (A / size)))) / size
-    cost, k = float(np.sum((b - A @ x) ** 2)), len(p)
+    sd = np.sqrt(np.diag(answer(np.linalg.pinv, A.T @ A))) / size
+    cost = float(np.sum((b - A @ scaled) ** 2))
     left_over = excess(table(fit.comparison, after))
     return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
 
@@ -692,28 +711,55 @@ def _moved(
 
 def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
     """Whether a hidden mass explains clearly more than all of stiffness, damping and mass do together at any place."""
-    constant = [term for term in LIBRARY if term.constant]
-    return any(one.term.resonates for one in law.terms) and _beyond(law.cost, seen, base, constant)
+    if not any(one.term.resonates for one in law.terms):
+        return False
+    return min(solved(seen, None, base, place, STEADY).cost for place in seen.motions) - law.cost > OF_RESONANCE
 
 
 def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost: float) -> bool:
-    """Whether a law, with this sum of squares, explains clearly more than all linear forces together at any place.
+    """Whether a law, with this sum of squares, explains clearly more than errors of gas films' models may.
 
-    They may change with the speed, as an error of a gas film's model does while the motion is small; a late force is
-    one too. Forces at 1X and 2X are among them: the displacement of a journal from the middle of its film hardly moves.
+    It has to explain more than linear forces at any one place do that change with powers of the speed, too. A late
+    force is never a law.
     """
     late = any(one.term.memory is not None and not one.term.resonates for one in law.terms)
-    return not late and _beyond(cost, seen, base, [*(term for term in LIBRARY if term.linear), *ORDER_FORCES])
+    changing = [LawTerm(term) for term in LIBRARY if term.linear and not (term.constant or term.memory)]
+    forces = [*STEADY, *changing, *(LawTerm(term) for term in ORDER_FORCES)]
+    least = [_left_by_films(seen, base), *(solved(seen, None, base, place, forces).cost for place in seen.motions)]
+    return not late and min(least) - cost > OF_RESONANCE
 
 
-def _beyond(cost: float, seen: ObservedPlaces, base: ParameterFit, others: Sequence[LibraryTerm]) -> bool:
-    """Whether a sum of squares is clearly below that of all terms together at any place, with a mass that is rigid."""
-    steady = [
-        LawTerm(term, (("resonance", RIGID), ("damping_ratio", 0.0)) if term.resonates else ())
-        for term in others if term.memory is None or term.resonates
-    ]  # fmt: skip
-    least = min(solved(seen, None, base, place, steady).cost for place in seen.motions)
-    return least - cost > OF_RESONANCE
+def _left_by_films(seen: ObservedPlaces, base: ParameterFit) -> float:
+    """Sum of squares that errors of gas films' models leave, which are linear in the motion while it is small.
+
+    At all films together act all constant forces, with coefficients of their own at each speed and pressure, and
+    relaxations, whose coefficients do not change; at all places forces at 1X and 2X: the displacement of a journal from
+    the middle of its film hardly moves. Coefficients of a speed and pressure are eliminated by their own records.
+    """
+    films = [place for place, own in seen.motions.items() if own[0].clearance]
+    orders = [LawTerm(term) for term in ORDER_FORCES]
+    steady = np.column_stack([one.columns(seen, place) for place in seen.motions
+                              for one in (*orders, *(STEADY if place in films else ()))])  # fmt: skip
+    relaxing = [LawTerm(RELAXATION, tuple(shape.items())) for shape in RELAXATION.options(1.0)]
+    A, b, _ = _least_squares(seen, base, [one.columns(seen, place) for place in films for one in relaxing])
+    trials = seen.comparison.trials
+    points = list(zip(_levels([t.speed for t in trials]), _levels([t.pressure for t in trials]), strict=True))
+    for point in set(points):
+        own = np.flatnonzero(np.array([p == point for p in points])[seen.comparison.layout.record])
+        size = np.linalg.norm(steady[own], axis=0)
+        Q = answer(orth, steady[own][:, size > 0] / size[size > 0], rcond=1e-9)
+        A[own] -= Q @ (Q.T @ A[own])
+        b[own] -= Q @ (Q.T @ b[own])
+    return float(np.sum((b - A @ answer(np.linalg.lstsq, A, b, rcond=1e-9)[0]) ** 2))
+
+
+def _levels(values: Sequence[float]) -> list[int]:
+    """Number of each value's level, where those that a drive's waver may make of one share it."""
+    starts = list[float]()
+    for value in sorted(values):
+        if not starts or value - starts[-1] > WAVER * abs(value):
+            starts.append(value)
+    return [bisect(starts, value) for value in values]
 
 
 def remembered(

@@ -164,6 +164,10 @@ def _late(omega: np.ndarray, delay: float) -> np.ndarray:
     return np.asarray(np.exp(-1j * omega * delay))
 
 
+def _relaxing(omega: np.ndarray, corner: float) -> np.ndarray:
+    return np.asarray(1j * omega / (corner + 1j * omega))
+
+
 def _of_hidden_mass(omega: np.ndarray, resonance: float, damping_ratio: float) -> np.ndarray:
     spring = resonance**2 + 2j * damping_ratio * resonance * omega
     return np.asarray(-(omega**2) * spring / (spring - omega**2))
@@ -210,6 +214,10 @@ ORDER_FORCES = tuple(
 )  # fmt: skip
 """Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
 its film, is nearly one."""
+CORNERS = (30.0, 100.0, 300.0, 850.0)
+"""Corners [rad/s] of relaxations, 5 to 135 Hz; one between two of them is nearly a sum of both."""
+RELAXATION = LibraryTerm("relaxation", "N/m", ("u",), (("corner", "rad/s", CORNERS),), _relaxing)
+"""Force that gives way when slow, as that of a gas that is squeezed or of a plenum that fills; it is no law."""
 
 
 def clearances(machine: Machine) -> dict[str, float]:
