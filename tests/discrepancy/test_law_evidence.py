@@ -1,4 +1,4 @@
-"""How firmly records show a law: random halves of them, and a force whose shape is free."""
+"""Evidence for a law: random halves of the records, and a force whose shape is free."""
 
 from types import SimpleNamespace
 
