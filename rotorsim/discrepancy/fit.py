@@ -51,6 +51,8 @@ from rotorsim.discrepancy.twin import Twin
 
 MOST_STEPS, MOST_DAMPING = 8, 1e4
 """Most steps of a fit, and damping from which on it ends."""
+UNTURNED = 1e-3
+"""Damping below which a step is that of Gauss and Newton."""
 FEW_STEPS = 3
 """Most steps of a fit that is one of several."""
 LENGTHS = (1.0, 0.35, 0.35 * 0.35)
@@ -150,11 +152,14 @@ def fit_parameters(
     cost, damping = cost_of(r, v, p), 1e-6
     for _ in range(steps):
         try:
-            change = within(parameters, v + step_of(J, r, v, p, damping)) - v
+            step = step_of(J, r, v, p, damping)
         except NoAnswerError:
             break
+        change = within(parameters, v + step) - v
         foretold, enough = cost - cost_of(r - J @ change, v + change, p), max(ENOUGH, 1e-3 * cost)
-        if foretold < min(STILL, 1e-3 * cost):
+        # a step that is cut at a limit, or damped, foretells less than there is to gain
+        whole = damping < UNTURNED and np.allclose(change, step)
+        if whole and foretold < min(STILL, 1e-3 * cost):
             break
         for share in LENGTHS:
             there = point.moved(parameters, share * change)
@@ -166,7 +171,7 @@ def fit_parameters(
         else:
             # no length of the step helps: turn it towards the steepest descent
             damping = max(1e3 * damping, 1e-3)
-            if damping > MOST_DAMPING or foretold < enough:
+            if damping > MOST_DAMPING or (whole and foretold < enough):
                 break
             continue
         moved = share * change

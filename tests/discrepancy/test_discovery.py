@@ -1090,7 +1090,7 @@ SQUEEZE = LibraryTerm("a gas that is squeezed", "N/m", ("u",), (("corner", "rad/
 def test_a_law_is_what_no_error_of_films_may_be_that_changes_with_speed_and_frequency_at_all_films(
     hidden, beyond, monkeypatch
 ):
-    """What leaves nothing but noise is refused where such errors leave nothing but noise too."""
+    """Forces that leave nothing but noise are refused where such errors leave nothing but noise too."""
     for name, none in (("table", []), ("excess", 0.0)):
         monkeypatch.setattr(f"rotorsim.discrepancy.discovery.{name}", lambda *given, none=none: none)
     seen, noise = rotor_on_films(hidden)

@@ -237,20 +237,19 @@ def with_law(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "kind", "first"), [("parametric", "stiffness at 2X", "stiffness_at_2X_1"),
-                                                     ("absorber", "hidden mass", "hidden_mass")])  # fmt: skip
-def test_a_law_of_another_form_than_a_film_has_is_discovered_on_an_independent_film(name, kind, first):
+def test_a_law_of_another_form_than_a_film_has_is_discovered_on_an_independent_film():
     """Its size is known along each axis."""
-    found = diagnose(machine(), with_law(name), effects=("shaft_bow",))
+    found = diagnose(machine(), with_law("absorber"), effects=("shaft_bow",))
     law = found.discovered
-    assert (found.status, law.place, law.kinds) == ("discovered", "disc 0", (kind,))
-    sizes = [value for key, (value, _) in law.terms.items() if key.startswith(first)]
-    assert sizes == pytest.approx([SIZES[name]] * len(sizes), rel=0.1) and reduction(found.gap) > 0.9
+    assert (found.status, law.place, law.kinds) == ("discovered", "disc 0", ("hidden mass",))
+    sizes = [value for key, (value, _) in law.terms.items() if key.startswith("hidden_mass")]
+    assert sizes == pytest.approx([SIZES["absorber"]] * len(sizes), rel=0.1) and reduction(found.gap) > 0.9
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["cubic", "dry"])
+@pytest.mark.parametrize("name", ["cubic", "dry", "parametric"])
 def test_a_law_that_bends_too_little_to_be_known_from_an_error_of_a_film_is_not_discovered(name):
-    """A cubic spring is one that changes with the speed: the motion is 0.04 um at an eccentricity of 6 um."""
+    """The motion is 0.04 um at an eccentricity of 6 um: a cubic spring is one that changes with the speed, and a
+    stiffness at 2X a force there."""
     found = diagnose(machine(), with_law(name), effects=("shaft_bow",))
     assert found.status == "unknown" and OF_FILM in found.notes
