@@ -45,6 +45,7 @@ from rotorsim.discrepancy.data_vector import (
 )
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
+    BY_PLANT,
     NOT_IDENTIFIABLE,
     OF_FILM,
     PRICE,
@@ -697,7 +698,9 @@ class DiagnosisRun:
         known = base.cost if rival is None else min(base.cost, priced(rival))
         if known - law.priced < CLEAR:
             return ""
-        if self._as_error_of_form(law, flags, seen["fit"], base, law.cost):
+        # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
+        more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0
+        if self._as_error_of_form(law, flags, seen["fit"], base, law.cost - more):
             return None if self.machine.film is None else OF_FILM
         if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
             return TOO_UNSTEADY.format(law.names)

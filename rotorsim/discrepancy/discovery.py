@@ -98,6 +98,8 @@ SIMPLEX = 0.05
 """First relative change of a number of a shape."""
 OF_RESONANCE = 2 * CLEAR
 """Fall of the sum of squares by a hidden mass, below that by all of stiffness, damping and mass, that makes it one."""
+BY_PLANT = 2 * OF_RESONANCE
+"""Sum of squares by which a law may be better in the plant than by the linear model, whose film does not bend."""
 RIGID = 1e9
 """Resonance [rad/s] of a hidden mass that moves with its foot."""
 PRICE = 9.0
