@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
 from reynolds.grid import FilmError, Layout, cells
@@ -277,20 +278,11 @@ def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
     return LinearFilm(
         np.concatenate([film.S for film in films]),
         sparse.csc_matrix((data, rows, starts), (before[-1], before[-1])),
-        _along_diagonal([film.S_X for film in films]),
-        _along_diagonal([film.J_X for film in films]),
-        np.hstack([_along_diagonal([film.J_u[:, :-1] for film in films]), supply]),
-        _along_diagonal([film.F_y for film in films]),
+        block_diag(*[film.S_X for film in films]),
+        block_diag(*[film.J_X for film in films]),
+        np.hstack([block_diag(*[film.J_u[:, :-1] for film in films]), supply]),
+        block_diag(*[film.F_y for film in films]),
     )
-
-
-def _along_diagonal(blocks: Sequence[np.ndarray]) -> np.ndarray:
-    """Matrix of blocks along its diagonal, as `scipy.linalg.block_diag` makes it in four times as long."""
-    found, row, column = np.zeros(np.sum([one.shape for one in blocks], axis=0)), 0, 0
-    for one in blocks:
-        found[row : row + len(one), column : column + one.shape[1]] = one
-        row, column = row + len(one), column + one.shape[1]
-    return found
 
 
 def _ring_matrix(layout: Layout, w: np.ndarray) -> Any:

@@ -436,7 +436,7 @@ class DiagnosisRun:
     """Sentence on 1X that changes within the records, or on a harmonic that comes with the vibration."""
     contradiction: str = field(default="", init=False)
     """Sentence on a stated accuracy that contradicts the records."""
-    open: tuple[ObservedPlaces, ParameterFit] | None = field(default=None, init=False, repr=False)
+    unexplained_places: tuple[ObservedPlaces, ParameterFit] | None = field(default=None, init=False, repr=False)
     """Observed places, and their calibration, of groups that no effect and no law explains."""
     seen_from: dict[str, str] = field(default_factory=dict, init=False)
     """Sizes from which the records would have shown candidates."""
@@ -615,7 +615,7 @@ class DiagnosisRun:
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
-            self.open = (seen["fit"], base) if unanswered and flags else None
+            self.unexplained_places = (seen["fit"], base) if unanswered and flags else None
             found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
@@ -634,7 +634,7 @@ class DiagnosisRun:
         if open_still:
             return None
         nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
-        self.open = None
+        self.unexplained_places = None
         given = self._result(base, flags, nothing, None, notes)
         return replace(given, status="stochastic", stochastic=other.found[0])
 
@@ -1013,8 +1013,8 @@ class DiagnosisRun:
         proven, V = self._converged(base) if best is None else self._measured(final, comparison, again)
         # what is not written into the machine file must not have turned its calibration either
         written = self._converged(base) if verdict.status == "partial" else (proven, V)
-        unknown: dict[str, Any] = {}
-        if verdict.status in ("unknown", "partial"):
+        unexplained, unknown = verdict.status in ("unknown", "partial"), dict[str, Any]()
+        if unexplained:
             left = flagged(table(self.fitted, final.residual)) + [f for f in flags if f.group == UNSTEADY]
             unknown = equivalent_force(self.fitted, final.point, final.residual, left or flags)
         shown_at = None if best is None else best.fit.point if self.laws is None else proven.point
@@ -1024,10 +1024,9 @@ class DiagnosisRun:
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
         moved = self._moved_by_solver(comparison)
         unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
-        virtual = [] if unknown or verdict.status == "partial" else virtual_readings(comparison, proven, V)
+        virtual = [] if unexplained else virtual_readings(comparison, proven, V)
         planner = self._planner(base, verdict, search, odds)
-        peaceful = verdict.status in ("no_disagreement", "recalibrated")
-        inputs = () if peaceful else equivalent_inputs(self.fitted, base, None if best is None else best.fit.point)
+        peaceful, point = verdict.status in ("no_disagreement", "recalibrated"), None if best is None else final.point
         return Diagnosis(
             status=verdict.status,
             machine=self.machine,
@@ -1035,7 +1034,7 @@ class DiagnosisRun:
             effects=self._found(verdict, proven, V),
             ties=tuple(r.keys for r in verdict.rivals),
             unknown=unknown,
-            inputs=inputs,
+            inputs=() if peaceful else equivalent_inputs(self.fitted, base, point),
             gap=gap,
             notes=(
                 *notes,
@@ -1062,7 +1061,7 @@ class DiagnosisRun:
             worse=judgement.worse,
             reason=judgement.reason,
             contradiction=self.contradiction,
-            shape=shape_of(*self.open) if self.open and verdict.status in ("unknown", "partial") else None,
+            shape=shape_of(*self.unexplained_places) if unexplained and self.unexplained_places else None,
         )
 
     def _odds(

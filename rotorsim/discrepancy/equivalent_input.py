@@ -167,7 +167,7 @@ class InputErrors:
 def _take_most(found: InputErrors, base: ParameterFit) -> bool:
     """Whether inputs take most of what a calibration leaves beyond the noise, besides what their number takes from it.
 
-    A floor may be higher than the noise: little more than it is no measure of a misfit, a share of all is.
+    A floor may be higher than the noise, so that inputs have to take a share of the whole sum too.
     """
     excess = base.cost - len(base.residual)
     return excess > 0 and base.cost - found.cost - len(found.errors) >= max(TAKEN * excess, OF_ALL * base.cost)

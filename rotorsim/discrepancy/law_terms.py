@@ -52,7 +52,6 @@ MOTION = ("u", "w", "du", "dw")
 """Names of displacement and velocity along the axis of an expression and across it."""
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
-
 MOMENTS = 500
 """Moments of a record that show a force."""
 
@@ -217,7 +216,7 @@ its film, is nearly one."""
 CORNERS = (30.0, 100.0, 300.0, 850.0)
 """Corners [rad/s] of relaxations, 5 to 135 Hz; one between two of them is nearly a sum of both."""
 RELAXATION = LibraryTerm("relaxation", "N/m", ("u",), (("corner", "rad/s", CORNERS),), _relaxing)
-"""Force that gives way when slow, as that of a gas that is squeezed or of a plenum that fills; it is no law."""
+"""Force that gives way when slow, as that of a gas that is squeezed or of a plenum that fills; not a law."""
 
 
 def clearances(machine: Machine) -> dict[str, float]:

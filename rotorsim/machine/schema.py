@@ -61,13 +61,7 @@ class Machine(MachineTables):
     @property
     def hash(self) -> str:
         """Short hash of the content; comments, spelling and the table `checked` (no run needs it) do not matter."""
-        return _digest(self.model_copy(update={"checked": None}).text)
-
-    @property
-    def text_and_hash(self) -> tuple[str, str]:
-        """Text and hash of the machine, which is written once for both where it has no table `checked`."""
-        text = self.text
-        return text, _digest(text) if self.checked is None else self.hash
+        return hashlib.sha256(self.model_copy(update={"checked": None}).text.encode()).hexdigest()[:16]
 
     def replace(self, path: str, value: Any) -> Machine:
         """The machine with another value at a dotted path: ``replace("effects.unbalance.me", "12 g*mm")``.
@@ -129,11 +123,6 @@ class Machine(MachineTables):
     def problems(self) -> Iterator[tuple[str, str]]:
         """Checks between parts."""
         return cross_check(self)
-
-
-def _digest(text: str) -> str:
-    """Short hash of a text."""
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def summary(machine: Machine) -> str:

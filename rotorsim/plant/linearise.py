@@ -195,11 +195,7 @@ class LinearPlant(Shown):
 
     def dynamic_stiffness(self, s: complex) -> np.ndarray:
         """Modal dynamic stiffness (m, m) of rotor and film."""
-        if self.film is not None:
-            return self.factor(s).stiffness[0]
-        bare = self.rotor.stiffness + s * self.rotor.damping
-        bare[np.diag_indices_from(bare)] += s * s
-        return bare
+        return self.factor(s).stiffness[0]
 
     @property
     def region(self) -> Region:

@@ -97,8 +97,7 @@ class Plant(Shown):
 
     @cached_property
     def _stated(self) -> dict[str, str]:
-        text, digest = self.machine.text_and_hash
-        return {"machine": text, "machine_hash": digest}
+        return {"machine": self.machine.text, "machine_hash": self.machine.hash}
 
     @cached_property
     def assembly(self) -> Assembly:

@@ -228,7 +228,7 @@ def _shape(shape: ForceShape) -> Block:
     rows += [(f"at {place} instead", f"{less:.0f}") for place, less in shape.near.items()]
     text = (
         "Force at the place over its motion: what the records show, and a Gaussian process with a band of two standard "
-        "deviations, or dots where it depends on more. It is no law: it proposes where to look and of what a force may "
+        "deviations, or dots where it depends on more. It proposes where to look and of what a force may "
         "be."
     )
     of_velocity = "displacement" not in shape.depends and "velocity" in shape.depends

@@ -84,9 +84,8 @@ def test_what_was_checked_changes_no_hash_and_limits_do(rig):
 def test_a_hash_writes_the_machine_once_whether_it_was_checked_or_not(rig, monkeypatch, changes):
     machine, written = rig.with_(changes), []
     monkeypatch.setattr(schema, "dumps", lambda part: written.append(part) or dumps(part))
-    own = machine.hash
+    machine.hash  # noqa: B018
     assert len(written) == 1 and written[0].checked is None
-    assert machine.text_and_hash == (dumps(machine), own)
 
 
 @pytest.mark.parametrize(
