@@ -17,11 +17,9 @@ from rotorsim.discrepancy.calibration import (
     SHEAR,
     STEP,
     CompiledModels,
-    FitParameter,
     ParameterPoint,
     Progress,
     calibration,
-    within,
 )
 from rotorsim.discrepancy.candidates import Form, acting_at, candidates, prior_sizes
 from rotorsim.discrepancy.changes import MAIN, PLANE, known_changes, notes_on_changes
@@ -57,10 +55,8 @@ from rotorsim.discrepancy.discovery import (
     discovered,
     laws_of,
     not_excluded,
-    of_remembered,
     own_resonance,
     priced,
-    remembered,
     solved,
     stability_of,
     with_rival,
@@ -94,6 +90,7 @@ from rotorsim.discrepancy.gap import (
     spectra_of,
     virtual_readings,
 )
+from rotorsim.discrepancy.hidden_mass import SolvedLaw, borne_out, by_linear_model, going_with, in_plant, stated
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
@@ -389,11 +386,6 @@ def for_probes(forms: tuple[Form, ...], trials: Sequence[Trial]) -> tuple[tuple[
     if not kept:
         raise DataError(f"diagnose: {sentence}; give other effects")
     return kept, [sentence]
-
-
-def _going_with(law: ProposedLaw, fit: ParameterFit) -> ParameterPoint:
-    """Point of the calibration that goes with a law, within its limits."""
-    return fit.point.moved(fit.parameters, within(fit.parameters, fit.vector + law.moved) - fit.vector)
 
 
 def _most_probable(
@@ -766,41 +758,38 @@ class DiagnosisRun:
     ) -> Diagnosis | str:  # fmt: skip
         """Diagnosis with the best of laws with a memory, by the linear model; a sentence where it is not borne out.
 
-        The plant cannot run them: the calibration moves as each has it, and the law is solved once more from there. The
-        better of both solutions counts, with its calibration.
+        A hidden mass is fitted to the plant. The plant cannot run the others: the calibration moves as each has it, and
+        the law is solved once more from there. The better of both solutions counts, with its calibration.
         """
         before = {role: part.residual(base.point) for role, part in self.parts.items()}
-        both = [*((law, base) for law in laws), *(self._moved_by(law, base) for law in laws)]
-        solutions = sorted(both, key=lambda one: one[0].score)
-        again = dict[str, ProposedLaw]()
-        for one, _ in solutions:
-            again.setdefault(one.names, one)
-        law, fit = solutions[0]
-        parts = {role: self._seen(part, fit) for role, part in self.parts.items()}
-        left = remembered(parts, before, list(again.values()), known)
-        if left is None:
-            return NO_LAW.format(law.names)
+        solutions = list[SolvedLaw]()
+        for law in laws:
+            own = in_plant(law, base, self.parts, lambda: self.progress("discover"))
+            both = [] if own is not None else [(law, base), self._moved_by(law, base)]
+            seen = [(one, fit, {role: self._seen(part, fit) for role, part in self.parts.items()}) for one, fit in both]
+            linear = [by_linear_model(*one) for one in seen]
+            solutions.append(own or min(linear, key=lambda one: one.law.score))
+        solutions.sort(key=lambda one: one.law.score)
+        first, rivals = solutions[0], [one.law for one in solutions]
+        if not borne_out(first, rivals, self.parts, before, known):
+            return NO_LAW.format(first.law.names)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
         gap = found.gap.copy(deep=True)
         gap["gap"].values[:, :, 2] = np.concatenate(
-            [rms(part, left[role] * part.sigma) for role, part in self.parts.items()]
+            [rms(part, first.left[role] * part.sigma) for role, part in self.parts.items()]
         )
-        rivals = list(again.values())
-        chosen = stability_of(law, rivals, parts["fit"], replace(fit, J=parts["fit"].J))
-        stated = of_remembered(rivals, known, law_places(self.machine)[law.place], chosen)
-        own = tuple(FitParameter(key, 1.0) for one in law.terms for key in one.parameters)
-        whole = replace(fit, point=_going_with(law, fit), parameters=(*fit.parameters, *own),
-                        J=np.hstack([parts["fit"].J, law.columns(parts["fit"])]), residual=left["fit"])  # fmt: skip
-        V = covariance(whole, self.fitted.layout.record)
+        chosen = stability_of(first.law, rivals, self._seen(self.fitted, first.base), first.base)
+        V = covariance(first.fit, self.fitted.layout.record)
         return replace(
-            found, status="discovered", unknown={}, gap=gap, planner=None, discovered=stated,
-            calibration=calibration_of(whole, V, fit.parameters) | self._clocks(whole.point),
-            related=related_of(whole, V),
+            found, status="discovered", unknown={}, gap=gap, planner=None,
+            discovered=stated(first, rivals, known, law_places(self.machine)[first.law.place], V, chosen),
+            calibration=calibration_of(first.fit, V, first.base.parameters) | self._clocks(first.fit.point),
+            related=related_of(first.fit, V),
         )  # fmt: skip
 
     def _moved_by(self, law: ProposedLaw, base: ParameterFit) -> tuple[ProposedLaw, ParameterFit]:
         """A law solved from the calibration that goes with it, and that calibration."""
-        there = _going_with(law, base)
+        there = going_with(law, base)
         J = self.fitted.jacobian(there, base.parameters)
         moved = replace(base, point=there, residual=self.fitted.residual(there), J=J)
         parts = {role: self._seen(part, moved) for role, part in self.parts.items() if role != "untouched"}

@@ -38,7 +38,6 @@ from rotorsim.discrepancy.candidates import Form, Screening, screen
 from rotorsim.discrepancy.comparison import excess, table
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, Hypothesis
-from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
 from rotorsim.discrepancy.law_terms import (
     CLEARANCE,
     LIBRARY,
@@ -54,7 +53,7 @@ from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST, Explanation, probability_of
+from rotorsim.discrepancy.verdict import TEMPERATURE, Explanation, probability_of
 from rotorsim.effects import REGISTRY
 
 MOST_TERMS = 3
@@ -545,6 +544,8 @@ class DiscoveredLaw:
     standard deviation of the latter."""
     chosen: Stability | None = None
     """Halves of the records that choose it, and what the others choose."""
+    bearing: dict[str, Any] = field(default_factory=dict)
+    """The bearing of a machine file that a hidden mass is; empty for other laws."""
 
     @property
     def sentence(self) -> str:
@@ -575,6 +576,7 @@ class DiscoveredLaw:
             "places": [list(one) for one in self.places],
             "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
             "not_excluded": list(self.near),
+            **({"bearing": self.bearing} if self.bearing else {}),
             **({} if self.chosen is None else {"stability": asdict(self.chosen)}),
         }  # fmt: skip
 
@@ -762,49 +764,6 @@ def _levels(values: Sequence[float]) -> list[int]:
         if not starts or value - starts[-1] > WAVER * abs(value):
             starts.append(value)
     return [bisect(starts, value) for value in values]
-
-
-def remembered(
-    parts: Mapping[str, ObservedPlaces], before: Mapping[str, np.ndarray], laws: Sequence[ProposedLaw], known: float
-) -> dict[str, np.ndarray] | None:
-    """Whitened residuals by role that the first law, with a memory, leaves, by the linear model.
-
-    `before` has those without it. None where they refute it, where another form explains the records as well, and where
-    the sum of squares is not clearly below the `known` one.
-    """
-    law = laws[0]
-    if any(one.score < law.score + TIE_LEAST and one.forms != law.forms for one in laws):
-        return None
-    left, gone = {}, dict[str, float | None]()
-    for role, seen in parts.items():
-        left[role] = seen.residual - seen.J @ law.moved - law.columns(seen) @ law.coefficients
-        gone[role] = untouched_gone(seen.comparison, before[role], left[role])
-        if any(f.rms > MANY * f.floor for f in beyond_floor(seen.comparison, left[role])):
-            return None
-    clear = known - law.priced > CLEAR
-    clear &= law.left <= (1 - ENOUGH) * excess(table(parts["fit"].comparison, before["fit"]))
-    held_up = all(share is None or share >= LEAST_GONE["named"] for share in gone.values())
-    return left if clear and held_up else None
-
-
-def of_remembered(
-    laws: Sequence[ProposedLaw], known: float, position: float, chosen: Stability | None
-) -> DiscoveredLaw:  # fmt: skip
-    """The first law, which has a memory: no effect of the plant has one, so that it is stated and not written as one.
-
-    The others are at places that these records do not exclude where their likelihood is near. Its probability is that
-    against the least sum of squares that is `known` without it.
-    """
-    law = laws[0]
-    near = tuple(one.names for one in laws[1:] if one.score < law.score + TIE_LEAST)
-    keys = [key for one in law.terms for key in one.parameters]
-    terms = {key: (float(c), float(sd)) for key, c, sd in zip(keys, law.coefficients, law.sd, strict=True)}
-    terms |= {key: (value, 0.0) for one in law.terms for key, value in one.shape}
-    gain = (known - law.priced) / (2 * TEMPERATURE) - math.log(law.tried)
-    kinds = law.forms
-    text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
-    p = 1 / (1 + math.exp(-min(gain, 500.0)))
-    return DiscoveredLaw("", law.place, position, text, terms, units_of(law), kinds, "", "", p, near, chosen=chosen)
 
 
 def cannot_tell(trials: Sequence[Trial]) -> str:

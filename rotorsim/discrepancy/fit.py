@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -131,8 +132,15 @@ def step_of(J: np.ndarray, r: np.ndarray, v: np.ndarray, p: np.ndarray, damping:
     return np.asarray(answer(np.linalg.lstsq, A, g, rcond=1e-12)[0] / scale)
 
 
+class Simulated(Protocol):
+    """Records that a plant with fit parameters is compared with."""
+
+    def residual(self, point: ParameterPoint) -> np.ndarray:
+        """Whitened residual (n,) at a point."""
+
+
 def fit_parameters(
-    comparison: TwinComparison,
+    comparison: Simulated,
     point: ParameterPoint,
     parameters: Sequence[FitParameter],
     J: np.ndarray,

@@ -321,6 +321,11 @@ class Findings:
     """Untouched records that the calibration makes worse; with one it is not written."""
 
     @property
+    def added_bearing(self) -> dict[str, Any]:
+        """Table of a bearing that the machine file lacks; empty where it lacks none."""
+        return {}
+
+    @property
     def recalibration(self) -> tuple[RecalibratedValue, ...]:
         """Calibrated numbers of the machine file: path, value, standard deviation and value before."""
         return recalibrated_values(self.machine, self.calibration, self.related)
@@ -389,6 +394,11 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
             left_out += [f"{found.form}: {p} = {value}{f' +- {sd}' if sd else ''}" for p, value, sd in found.sizes()]
             continue
         _add(effects, found.effect, found.parameters, _comments(diagnosis, found), FOUND)
+    if diagnosis.added_bearing:
+        table: Any = tomlkit.item(diagnosis.added_bearing)
+        table.comment(FOUND)
+        table["support"].add(tomlkit.nl())
+        document["bearings"].append(table)
     if not last:
         _put_ahead(effects, [name for name in effects if name not in before])
     for line in left_out:

@@ -364,8 +364,13 @@ class Diagnosis(Shown, Findings, Reported):
             return f"{self.planned.sentence} {step}"
         return f"{step} {PLAN_NEXT}" if self.unplanned else step
 
+    @property
+    def added_bearing(self) -> dict[str, Any]:
+        """Table of the bearing that a hidden mass is; empty where there is none."""
+        return {} if self.discovered is None else self.discovered.bearing
+
     def apply(self) -> Machine:
-        """The machine with the new calibration, and the effects where they are named or tied."""
+        """The machine with the new calibration, effects that are named or tied, and the bearing of a hidden mass."""
         return extended(self)
 
     def as_dict(self) -> dict[str, Any]:

@@ -973,12 +973,13 @@ def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or
     base = ParameterFit((softer,), ParameterPoint({softer: 0.0}), np.zeros(3), np.eye(3)[:, :1], 9.0)
     moved = replace(base, point=ParameterPoint({softer: 0.1}))
     columns = np.eye(3)[:, 1:]
-    seen = SimpleNamespace(J=base.J, columns=lambda place, term, shape: columns)
+    seen = SimpleNamespace(J=base.J, residual=np.zeros(3), columns=lambda place, term, shape: columns)
     monkeypatch.setattr(run, "_moved_by", lambda law, base: (replace(law, cost=at[law.place]), moved))
     monkeypatch.setattr(run, "_seen", lambda part, fit: seen)
     monkeypatch.setattr(run, "_result", lambda *given: Stated(gap=gap))
     monkeypatch.setattr(f"{room}.stability_of", lambda *given: None)
-    monkeypatch.setattr(f"{room}.remembered", lambda parts, before, laws, known: {"fit": np.zeros(3)})
+    monkeypatch.setattr(f"{room}.in_plant", lambda *given: None)
+    monkeypatch.setattr(f"{room}.borne_out", lambda *given: True)
     monkeypatch.setattr(f"{room}.rms", lambda part, left: np.zeros((1, 2)))
     found = run._of_memory(base, [], laws, 1e3, [])
     assert (found.status, found.discovered.place) == ("discovered", place) and len(found.discovered.near) == 1
@@ -1162,7 +1163,7 @@ def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known
 
 @pytest.mark.slow
 def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
-    """Its size is known to 5 %; all four stiffnesses of the supports are nearer to the rig's than those without it."""
+    """Its size is known to 10 %, the new machine file has it, and all four stiffnesses of the supports are nearer to the rig's than those without it."""
     case = drawn(next(law for law in LAWS if law.name == "absorber"), 2)
     parts, base, models = calibrated(case)
     trials = [t for part in parts.values() for t in part.trials]
@@ -1171,7 +1172,9 @@ def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
     laws = laws_of(run._seen(parts["fit"], base), run._seen(parts["held_out"], base), base)
     found = run._of_memory(base, [], laws, base.cost, [])
     assert (found.status, found.discovered.place) == ("discovered", case.place)
-    assert found.discovered.terms["hidden_mass"][0] == pytest.approx(case.size, rel=0.05)
+    size, sd = found.discovered.terms["hidden_mass"]
+    assert size == pytest.approx(case.size, rel=0.1) and abs(size - case.size) < 2 * sd
+    assert found.apply().bearings[-1].support.mass == pytest.approx(size, rel=1e-6)
     before = {k.key: base.point.values[k] for k in base.parameters}
     for i, (bearing, own) in enumerate(zip(machine_of_laws().bearings, case.rig.bearings, strict=True)):
         for axis, given, true in (("x", bearing.kxx, own[0]), ("y", bearing.kyy, own[1])):

@@ -1,0 +1,243 @@
+r"""A hidden mass in the plant: a bearing whose housing nothing holds, written, fitted and judged there.
+
+A mass m on a spring and a damper at a place of the shaft, whose displacement is x there, moves by z and exerts
+
+.. math:: F = -m\,\ddot z, \qquad m\,(\ddot z + 2\zeta\omega\,(\dot z - \dot x) + \omega^2\,(z - x)) = 0
+
+along x and y alike. The linear model proposes it about a motion without it; a resonance moves that motion more than the
+model foresees. So m, omega and zeta are fitted to the plant together with the calibration, whose columns stay those
+without the mass.
+
+Cites: friswell_2010.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import tomlkit
+
+from rotorsim.base.units import show
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
+from rotorsim.discrepancy.comparison import TwinComparison, excess, table
+from rotorsim.discrepancy.discovery import DiscoveredLaw, ProposedLaw, units_of
+from rotorsim.discrepancy.fit import MOST_ROUNDS, ParameterFit, fit_parameters
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
+from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
+from rotorsim.discrepancy.machine_file import short
+from rotorsim.discrepancy.stability import Stability
+from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST
+from rotorsim.machine import Machine
+
+FREE = 1e-6
+"""Stiffness [N/m] to the ground of a housing that nothing holds."""
+NEAREST = 1e-6
+"""Distance [m] from a bearing within which no other one can stand."""
+SETTLED = 1.0
+"""Fall of the sum of squares below which a fit has ended."""
+NUMBERS = tuple(FitParameter(key, 0.01) for key in ("mass", "resonance", "damping_ratio"))
+"""Parameters of a fit: logarithms of the mass' numbers over those with which the fit begins."""
+
+
+@dataclass(frozen=True)
+class HiddenMass:
+    """A mass [kg] on a spring and a damper, by its resonance [rad/s] and damping ratio, at a coordinate [m].
+
+    Examples
+    --------
+    >>> import rotorsim as rs
+    >>> mass = rs.discrepancy.hidden_mass.HiddenMass(0.3, mass=0.01, resonance=400.0, damping_ratio=0.02)
+    >>> mass.table["kxx"], mass.table["support"]["mass"]
+    ('1600 N/m', '0.01 kg')
+    """
+
+    position: float
+    mass: float
+    resonance: float
+    damping_ratio: float
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The bearing of a machine file that it is."""
+        stiffness, damping = self.mass * self.resonance**2, 2 * self.damping_ratio * self.resonance * self.mass
+        support = {"mass": show(short(self.mass), "kg"), "kxx": show(FREE, "N/m")}
+        return {"kind": "linear", "position": show(self.position, "m"), "kxx": show(short(stiffness), "N/m"),
+                "cxx": show(short(damping), "N*s/m"), "support": support}  # fmt: skip
+
+    def added_to(self, machine: Machine) -> Machine:
+        """The machine with it; raises MachineFileError where a bearing stands at its place."""
+        document: Any = tomlkit.parse(machine.text)
+        document["bearings"].append(tomlkit.item(self.table))
+        return machine.from_text(tomlkit.dumps(document))
+
+    @property
+    def law(self) -> str:
+        """Equation of its force, and its table in a machine file, as text."""
+        table = tomlkit.dumps({"bearings": [self.table]}).strip().replace("\n", "\n    ")
+        return (
+            f"A mass on a spring and a damper, {1e3 * self.position:.6g} mm along the shaft, that moves by z:\n\n"
+            "    m (z'' + 2 damping_ratio resonance (z' - x') + resonance^2 (z - x)) = 0,    F_x = -m z'' [N]\n\n"
+            f"and the same along y. In the machine file it is a bearing whose housing nothing holds:\n\n    {table}\n"
+        )
+
+
+@dataclass(frozen=True)
+class WithMass:
+    """Records compared with a twin that has a hidden mass, `start` changed by `NUMBERS`."""
+
+    comparison: TwinComparison
+    start: HiddenMass
+
+    def mass(self, point: ParameterPoint) -> HiddenMass:
+        """The hidden mass at a point."""
+        changed = {k.key: getattr(self.start, k.key) * math.exp(point.values.get(k, 0.0)) for k in NUMBERS}
+        return replace(self.start, **changed)
+
+    def residual(self, point: ParameterPoint) -> np.ndarray:
+        """Whitened residual (n,) of the plant at a point."""
+        twin = self.comparison.twin
+        own = replace(twin, machine=self.mass(point).added_to(twin.machine)).with_candidates()
+        calibration = {k: value for k, value in point.values.items() if k not in NUMBERS}
+        return self.comparison.with_twin(own).residual(replace(point, values=calibration))
+
+    def columns(self, point: ParameterPoint, residual: np.ndarray) -> np.ndarray:
+        """Whitened derivatives (n, 3) after `NUMBERS` at a point with this residual."""
+        moved = [self.residual(point.moved([k], np.array([k.step]))) for k in NUMBERS]
+        return np.column_stack([(residual - r) / k.step for k, r in zip(NUMBERS, moved, strict=True)])
+
+
+def mass_of(law: ProposedLaw, machine: Machine) -> HiddenMass | None:
+    """The hidden mass that a law is; None for another law, one that differs along x and y, and one at a bearing."""
+    one, z = law.terms[0], law_places(machine)[law.place]
+    at_bearing = any(abs(b.position - z) < NEAREST for b in machine.bearings)
+    if len(law.terms) > 1 or not (one.term.resonates and one.one) or at_bearing or law.coefficients[0] <= 0:
+        return None
+    return HiddenMass(z, float(law.coefficients[0]), **dict(one.shape))
+
+
+def fit_mass(
+    start: HiddenMass, law: ProposedLaw, base: ParameterFit, comparison: TwinComparison, progress: Callable[[], None]
+) -> ParameterFit:  # fmt: skip
+    """Fit a hidden mass to the plant, together with the calibration of `base`, from that which goes with the law."""
+    own, keys = WithMass(comparison, start), (*base.parameters, *NUMBERS)
+    v = within(base.parameters, base.vector + law.moved)
+    point = base.point.moved(base.parameters, v - base.vector)
+    r, cost = own.residual(point), math.inf
+    for _ in range(MOST_ROUNDS):
+        J = np.hstack([base.J, own.columns(point, r)])
+        fit = fit_parameters(own, point, keys, J, r, progress=progress)
+        point, r = fit.point, fit.residual
+        if cost - fit.cost < SETTLED:
+            break
+        cost = fit.cost
+    return replace(fit, J=np.hstack([base.J, own.columns(point, r)]))
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedLaw:
+    """A law with a memory, the calibration that goes with it, and what both leave.
+
+    fit : calibration, and behind its parameters the law's numbers; `relative` where these are logarithms
+    base : calibration about which the law's linear columns are
+    left : whitened residuals by role
+    mass : what the law is in the plant, which has then been run; None where the linear model has solved it
+    """
+
+    law: ProposedLaw
+    base: ParameterFit
+    fit: ParameterFit
+    left: Mapping[str, np.ndarray]
+    mass: HiddenMass | None = None
+
+    def sd(self, V: np.ndarray) -> dict[str, float]:
+        """Standard deviations of the law's numbers out of the covariance V (k, k) of `fit`."""
+        own = dict(zip((k.key for k in self.fit.parameters), np.sqrt(np.diag(V)).tolist(), strict=True))
+        if self.mass is None:
+            return {key: own[key] for one in self.law.terms for key in one.parameters}
+        return {name_of(key, self.law): own[key] * getattr(self.mass, key) for key in (k.key for k in NUMBERS)}
+
+
+def name_of(key: str, law: ProposedLaw) -> str:
+    """Name of a number of a hidden mass among those of a law."""
+    return law.terms[0].parameters[0] if key == "mass" else key
+
+
+def by_linear_model(law: ProposedLaw, base: ParameterFit, parts: Mapping[str, ObservedPlaces]) -> SolvedLaw:
+    """A law that was solved about a calibration, as the linear model has it."""
+    left = {role: s.residual - s.J @ law.moved - law.columns(s) @ law.coefficients for role, s in parts.items()}
+    own = tuple(FitParameter(key, 1.0) for one in law.terms for key in one.parameters)
+    J = np.hstack([parts["fit"].J, law.columns(parts["fit"])])
+    fit = replace(base, point=going_with(law, base), parameters=(*base.parameters, *own), J=J, residual=left["fit"])
+    return SolvedLaw(law, base, fit, left)
+
+
+def in_plant(
+    law: ProposedLaw, base: ParameterFit, parts: Mapping[str, TwinComparison], progress: Callable[[], None]
+) -> SolvedLaw | None:
+    """A hidden mass fitted to the plant; None for a law that is none there."""
+    start = mass_of(law, parts["fit"].twin.machine)
+    if start is None:
+        return None
+    fit = fit_mass(start, law, base, parts["fit"], progress)
+    left = {role: WithMass(part, start).residual(fit.point) for role, part in parts.items()}
+    mass = WithMass(parts["fit"], start).mass(fit.point)
+    one = replace(law.terms[0], shape=(("resonance", mass.resonance), ("damping_ratio", mass.damping_ratio)))
+    held = float(left["held_out"] @ left["held_out"]) if "held_out" in left else 0.0
+    found = replace(law, terms=(one,), coefficients=np.array([mass.mass]), cost=fit.cost, held=held,
+                    left=excess(table(parts["fit"], left["fit"])))  # fmt: skip
+    return SolvedLaw(found, base, fit, left, mass)
+
+
+def going_with(law: ProposedLaw, fit: ParameterFit) -> ParameterPoint:
+    """Point of the calibration that goes with a law, within its limits."""
+    return fit.point.moved(fit.parameters, within(fit.parameters, fit.vector + law.moved) - fit.vector)
+
+
+def borne_out(
+    first: SolvedLaw, laws: Sequence[ProposedLaw], parts: Mapping[str, TwinComparison],
+    before: Mapping[str, np.ndarray], known: float,
+) -> bool:  # fmt: skip
+    """Whether what a law with a memory leaves of the records bears it out.
+
+    `before` has the whitened residuals by role without it, `laws` all that were solved. Another form that explains the
+    records as well refutes it, and so does a sum of squares that is not clearly below the `known` one.
+    """
+    law, gone = first.law, list[float | None]()
+    if any(one.score < law.score + TIE_LEAST and one.forms != law.forms for one in laws):
+        return False
+    for role, part in parts.items():
+        gone.append(untouched_gone(part, before[role], first.left[role]))
+        if any(f.rms > MANY * f.floor for f in beyond_floor(part, first.left[role])):
+            return False
+    clear = known - law.priced > CLEAR
+    clear &= law.left <= (1 - ENOUGH) * excess(table(parts["fit"], before["fit"]))
+    return clear and all(share is None or share >= LEAST_GONE["named"] for share in gone)
+
+
+def stated(
+    first: SolvedLaw, laws: Sequence[ProposedLaw], known: float, position: float, V: np.ndarray,
+    chosen: Stability | None,
+) -> DiscoveredLaw:  # fmt: skip
+    """The first law: a hidden mass with its table in a machine file, another one as text.
+
+    The others are at places that these records do not exclude where their likelihood is near. Its probability is that
+    against the least sum of squares that is `known` without it; V (k, k) is the covariance of its fit.
+    """
+    law, mass, kinds = first.law, first.mass, first.law.forms
+    sd = first.sd(V)
+    pairs = [*zip((key for one in law.terms for key in one.parameters), law.coefficients.tolist(), strict=True),
+             *(number for one in law.terms for number in one.shape)]  # fmt: skip
+    gain = (known - law.priced) / (2 * TEMPERATURE) - math.log(law.tried)
+    text = f"{' with '.join(kinds)} at {law.place}; it has a memory, which no effect of the plant has: not compiled"
+    return DiscoveredLaw(
+        "", law.place, position, text if mass is None else mass.law,
+        {key: (value, sd.get(key, 0.0)) for key, value in pairs}, units_of(law), kinds, "", "",
+        1 / (1 + math.exp(-min(gain, 500.0))),
+        tuple(one.names for one in laws if one is not law and one.score < law.score + TIE_LEAST), chosen=chosen,
+        bearing={} if mass is None else mass.table,
+    )  # fmt: skip
