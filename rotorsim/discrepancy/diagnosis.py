@@ -53,6 +53,7 @@ from rotorsim.discrepancy.discovery import (
     candidate_laws,
     cannot_tell,
     discovered,
+    hysteretic,
     laws_of,
     not_excluded,
     own_resonance,
@@ -604,6 +605,8 @@ class DiagnosisRun:
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
+            if found and isinstance(found, str) and unanswered and flags and self.machine.film is None:
+                found = self._with_hysteresis(base, flags, seen, own) or found
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -736,6 +739,14 @@ class DiagnosisRun:
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
             discovered=law_found,
         )  # fmt: skip
+
+    def _with_hysteresis(
+        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], notes: list[str]
+    ) -> Diagnosis | None:
+        """Diagnosis with a spring behind dry friction, where no other law holds; None where it is not borne out."""
+        laws = hysteretic(seen["fit"], seen.get("held_out"), base)
+        found = self._of_memory(base, flags, laws, base.cost, notes)
+        return found if isinstance(found, Diagnosis) else None
 
     def _as_error_of_form(
         self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit, cost: float

@@ -40,6 +40,7 @@ from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, Hypothesis
 from rotorsim.discrepancy.law_terms import (
     CLEARANCE,
+    HYSTERESIS,
     LIBRARY,
     ORDER_FORCES,
     RELAXATION,
@@ -195,7 +196,7 @@ class ProposedLaw:
     @property
     def remembers(self) -> bool:
         """Whether a term has a memory."""
-        return any(one.term.memory is not None for one in self.terms)
+        return any(one.term.remembers for one in self.terms)
 
     @property
     def constant(self) -> bool:
@@ -223,20 +224,27 @@ def propose(
     return [law for law, *_ in _by_place(fit, held, base, most)]
 
 
+def hysteretic(fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
+    """A spring behind dry friction at the places that the records do not tell apart, the best one first."""
+    laws = [law for law, _ in _by_place(fit, held, base, 1, (HYSTERESIS,))]
+    return [law for law in laws if law.score < laws[0].score + NEAR][:MOST_LAWS]
+
+
 def _by_place(
-    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, most: int
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, most: int,
+    library: Sequence[LibraryTerm] | None = None,
 ) -> list[tuple[ProposedLaw, ProposedLaw]]:  # fmt: skip
     """The best law at each place and its first term alone, by falling score."""
-    found = [_at_place(fit, held, base, place, most) for place in fit.motions]
+    found = [_at_place(fit, held, base, place, most, library) for place in fit.motions]
     tried = sum(count for *_, count in found)
     laws = [(replace(law, tried=tried), replace(first, tried=tried)) for law, first, _ in found]
     return sorted(laws, key=lambda pair: pair[0].score)
 
 
-def _options(fit: ObservedPlaces, place: str) -> list[LawTerm]:
+def _options(fit: ObservedPlaces, place: str, library: Sequence[LibraryTerm] | None = None) -> list[LawTerm]:
     """All terms that may act at a place, with each of their shapes."""
     clearance = next((m.clearance for m in fit.motions[place] or ()), 0.0)
-    return [LawTerm(term, tuple(shape.items())) for term in LIBRARY if clearance or not term.of_film
+    return [LawTerm(term, tuple(shape.items())) for term in (library or LIBRARY) if clearance or not term.of_film
             for shape in term.options(fit.largest(place), clearance)]  # fmt: skip
 
 
@@ -250,10 +258,11 @@ def _screened(base: ParameterFit, columns: Sequence[np.ndarray]) -> Screening:
 
 
 def _at_place(
-    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, most: int
+    fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit, place: str, most: int,
+    library: Sequence[LibraryTerm] | None = None,
 ) -> tuple[ProposedLaw, ProposedLaw, int]:  # fmt: skip
     """The best law at a place, its first term alone, and the number of terms that were tried."""
-    options = _options(fit, place)
+    options = _options(fit, place, library)
     columns = [one.columns(fit, place) for one in options]
     view, chosen, found = _screened(base, columns), tuple[int, ...](), list[ProposedLaw]()
     nothing = excess(table(fit.comparison, fit.residual))
@@ -306,7 +315,7 @@ def extended(
     """
     options = [
         replace(one, place="" if place == law.place else place)
-        for place in fit.motions for one in _options(fit, place) if not one.term.constant and one.term.memory is None
+        for place in fit.motions for one in _options(fit, place) if not (one.term.constant or one.term.remembers)
     ]  # fmt: skip
     columns = [one.columns(fit, law.place) for one in options]
     while len(law.terms) < MOST_TERMS:
@@ -726,7 +735,7 @@ def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost
     It has to explain more than linear forces at any one place do that change with powers of the speed, too. A late
     force is never a law.
     """
-    late = any(one.term.memory is not None and not one.term.resonates for one in law.terms)
+    late = any(one.term.remembers and not one.term.resonates for one in law.terms)
     changing = [LawTerm(term) for term in LIBRARY if term.linear and not (term.constant or term.memory)]
     forces = [*STEADY, *changing, *(LawTerm(term) for term in ORDER_FORCES)]
     least = [_left_by_films(seen, base), *(solved(seen, None, base, place, forces).cost for place in seen.motions)]

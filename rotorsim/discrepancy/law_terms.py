@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import pairwise, product
 from types import SimpleNamespace
 
 import numpy as np
@@ -55,8 +55,27 @@ OVER = 4
 MOMENTS = 500
 """Moments of a record that show a force."""
 
+
+def slipping(u: np.ndarray, reach: float) -> np.ndarray:
+    """Stretch (n,) [m] of a spring behind a slider that gives way at a `reach` [m], over a period u (n,) [m] of motion.
+
+    Between two turns of the motion it follows the motion up to the reach.
+    """
+    if np.ndim(u) == 0:
+        return np.clip(u, -reach, reach)
+    stretch, now = np.empty(len(u)), 0.0
+    ends = [0, *(np.flatnonzero(np.diff(np.sign(np.diff(u)))) + 1), len(u) - 1]
+    for _ in range(2):  # from the second period on it repeats
+        now = stretch[0] = np.clip(now + u[0] - u[-1], -reach, reach)
+        for first, last in pairwise(ends):
+            stretch[first : last + 1] = np.clip(now + u[first : last + 1] - u[first], -reach, reach)
+            now = stretch[last]
+    return stretch
+
+
 NUMPY = {"math": SimpleNamespace(cos=np.cos, sin=np.sin, fabs=np.fabs, tanh=np.tanh, hypot=np.hypot,
-                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum}  # fmt: skip
+                                 copysign=np.copysign), "max": np.maximum, "min": np.minimum,
+         "slipping": slipping}  # fmt: skip
 """Functions of an expression, moment by moment."""
 
 
@@ -104,6 +123,11 @@ class LibraryTerm:
     def key(self) -> str:
         """Name as that of a parameter."""
         return self.name.replace(" ", "_")
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its force depends on the motion before."""
+        return self.memory is not None or any("slipping" in part for part in self.parts)
 
     @property
     def turns(self) -> bool:
@@ -207,6 +231,8 @@ LIBRARY = (
                                       ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
 )  # fmt: skip
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
+HYSTERESIS = LibraryTerm("hysteresis", "N/m", ("slipping(u, p.reach)",), (("reach", "m", (0.05, 0.1, 0.2, 0.4, 0.7)),))
+"""A spring behind dry friction, for where no law of `LIBRARY` holds: with a short reach it is nearly dry friction."""
 ORDER_FORCES = tuple(
     LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
     for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))

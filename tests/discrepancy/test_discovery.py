@@ -31,6 +31,7 @@ from rotorsim.discrepancy.discovery import (
     cannot_tell,
     extended,
     fed_power,
+    hysteretic,
     laws_of,
     load,
     named,
@@ -53,6 +54,7 @@ from rotorsim.discrepancy.law_terms import (
     clearances,
     law_places,
     probe_answers,
+    slipping,
 )
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.stochastic import (
@@ -74,7 +76,17 @@ from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.mesh import Mesh
 from studies.benchmarks.diagnose_foreign import OwnCubic, with_own
-from studies.benchmarks.foreign_laws import ABSORBER, LAWS, LawCase, drawn, machine_of_laws, records
+from studies.benchmarks.foreign_laws import (
+    ABSORBER,
+    LAWS,
+    STARTS,
+    HiddenLaw,
+    LawCase,
+    drawn,
+    machine_of_laws,
+    place_of,
+    records,
+)
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, PLANES, TwoDiscRig, machine_text, rotor
 
 TERMS = {term.name: term for term in LIBRARY}
@@ -729,6 +741,7 @@ def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, forces
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
     monkeypatch.setattr(run, "_with_shear", lambda fit: fit)
     monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
+    monkeypatch.setattr(run, "_with_hysteresis", lambda *given: None)
     monkeypatch.setattr(run, "_result", lambda base, flags, judgement, search, notes: Stated(judgement=judgement))
     odds = (Explanation(BOW, False, 1.0, 1e-3, True, 0.96), Explanation((), False, 1.0, 1e-3, True, 0.04))
     judgement = Judgement(verdict, odds, (), left, (), ("one",))
@@ -1147,6 +1160,32 @@ def test_a_law_of_an_independent_rotor_is_found_with_its_place_and_size(name):
     assert best.coefficients == pytest.approx(case.size, rel=0.1)
 
 
+@pytest.mark.parametrize("reach", [0.1, 0.4, 0.9])
+def test_a_spring_behind_a_slider_takes_the_work_of_its_loop_and_is_a_spring_below_its_reach(reach):
+    """The loop of a harmonic motion of amplitude A has the area 4 k r (A - r)."""
+    t = np.arange(4096) / 4096
+    u = 2.0 * np.sin(2 * np.pi * (t + 0.1))
+    z = slipping(u, 2.0 * reach)
+    work = np.sum(0.5 * (z + np.roll(z, -1)) * (np.roll(u, -1) - u))
+    assert work == pytest.approx(4 * 2.0 * reach * (2.0 - 2.0 * reach), rel=1e-3) and np.abs(z).max() <= 2.0 * reach
+    stuck = slipping(u, 5.0)
+    assert np.diff(stuck) == pytest.approx(np.diff(u), abs=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("reach", [1e-6, 4e-6])
+def test_a_spring_behind_dry_friction_is_found_at_its_place(reach, monkeypatch):
+    monkeypatch.setitem(STARTS, "hysteresis", 1e4)
+    law = HiddenLaw("hysteresis", "hysteresis", lambda u, v, a, w: -np.array([slipping(one, reach) for one in u]))
+    case = drawn(law, 1)
+    parts, base, _ = calibrated(case)
+    seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
+            for part in parts.values()]  # fmt: skip
+    best = hysteretic(*seen, base)[0]
+    assert best.place == place_of(case) and best.coefficients == pytest.approx(case.size, rel=0.1)
+    assert dict(best.terms[0].shape)["reach"] == pytest.approx(reach, rel=0.15)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "known"), [("absorber", True), ("delayed", False)])
 def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known):
@@ -1163,7 +1202,7 @@ def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known
 
 @pytest.mark.slow
 def test_a_hidden_mass_is_discovered_with_the_calibration_that_goes_with_it():
-    """Its size is known to 10 %, the new machine file has it, and all four stiffnesses of the supports are nearer to the rig's than those without it."""
+    """Its size is known to 10 %, and all stiffnesses of the supports are nearer to the rig's than those without it."""
     case = drawn(next(law for law in LAWS if law.name == "absorber"), 2)
     parts, base, models = calibrated(case)
     trials = [t for part in parts.values() for t in part.trials]
