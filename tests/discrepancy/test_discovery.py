@@ -65,6 +65,7 @@ from rotorsim.discrepancy.stochastic import (
     fall_next_to_drift,
     random_force,
     repeating,
+    sidebands,
     wandering_speed,
 )
 from rotorsim.discrepancy.trial import Trial, block_lines, trial_of
@@ -452,6 +453,13 @@ def test_what_moves_lines_at_1x_along_themselves_too_is_no_speed_that_wanders(mo
     assert wandering_speed(blocks_at_1x(STATES[moved], records=24, blocks=16, forward=forward)) is None
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_a_wander_is_found_by_blocks_as_few_as_three(seed):
+    """By its own few numbers the noise of a record is at times a tenth of what it is."""
+    blocks = blocks_at_1x(lambda q, rng: q * (np.exp(0.1j * rng.normal()) - 1), records=24, blocks=3, seed=seed)
+    assert (found := wandering_speed(blocks)) and found.size[0] == pytest.approx(0.1, abs=3 * found.sd[0])
+
+
 @pytest.mark.parametrize("weak", [3e-9, 1e-8, 3e-8])
 def test_a_record_with_next_to_no_line_at_1x_neither_hides_a_wander_nor_changes_its_size(weak):
     trials = blocks_at_1x(lambda q, rng: q * (np.exp(0.1j * rng.normal()) - 1))
@@ -615,6 +623,47 @@ def two_records(
 NOTHING, HEAVIER = ({}, {}), ({"unbalance.2.me~phase.c": 5e-5},) * 2
 
 
+def means_of(series: np.ndarray, count: int, speed: float) -> tuple[np.ndarray, SimpleNamespace]:
+    """Data vectors of series (cases, 4000, 2) [m] of four blocks, and a comparison with the first one."""
+    trial = SimpleNamespace(blocks=4, speed=speed, has_mean=True, orders=(), spectra=None)
+    trial.frequencies = np.arange(count) / (1000 * RIG_SAMPLE)
+    trial.vector = lambda spectra: Trial.vector(trial, spectra)
+    shown = np.array([trial.vector(block_lines(one, 0, 1000, 4, count)) for one in series])
+    n = shown.shape[1]
+    layout = SimpleNamespace(record=np.zeros(n, int), drift=np.arange(n) % (2 * count) == 1)
+    return shown, SimpleNamespace(trials=[trial], layout=layout, measured=shown[0], sigma=np.ones(n))
+
+
+@pytest.mark.parametrize("order", [0.42, 0.5])
+def test_a_narrow_force_at_an_order_leaks_into_means_no_more_than_is_stated(order):
+    """A sine of an amplitude by chance, .01 and .23 lines of a block away from one of them."""
+    rng, count, speed = np.random.default_rng(1), 60, 300.0
+    t = np.arange(4000) * RIG_SAMPLE
+    waves = np.array([np.cos(order * speed * t), np.sin(order * speed * t)])
+    shown, comparison = means_of(1e-6 * np.einsum("aic,ct->ati", rng.normal(size=(400, 2, 2)), waves), count, speed)
+    m = SimpleNamespace(H=np.tile(1e-6 * np.eye(2), (count, 1, 1)), frequencies=comparison.trials[0].frequencies)
+    force = StochasticForce("line", "a", (), (1.0, 1.0), (0.0, 0.0), "N rms", 0.0, order)
+    vibration = ~comparison.layout.drift
+    stated = by_chance(force, SimpleNamespace(comparison=comparison, motions={"a": [m]}))[vibration]
+    each = shown.std(axis=0)[vibration]
+    assert np.all(each < 1.15 * stated) and (stated.max() < 1.15 * each.max() or order == 0.5)
+
+
+def test_an_angle_that_changes_within_blocks_makes_the_sidebands_that_are_stated():
+    speed, size, count = 2 * np.pi * 50.0, 0.01, 60
+    t = np.arange(4000) * RIG_SAMPLE
+    turning = 1e-6 * np.exp(1j * (speed * t + np.sqrt(2) * size * ((t / 0.2) % 1 - 0.5)))
+    series = np.column_stack([turning.real, turning.imag])[None]
+    _, comparison = means_of(series, count, speed)
+    trial = comparison.trials[0]
+    trial.spectra = block_lines(series[0], 0, 1000, 4, count)
+    wander = StochasticForce("speed wander", "", (), (size, size), (0.0, 0.0), "rad rms", 0.0)
+    lines = Trial.vector(trial, trial.spectra * (np.arange(count) != 10))
+    found = sidebands(wander, comparison)[:, 0]
+    near = np.abs(found) > 0.02 * np.abs(found).max()
+    assert near.sum() > 20 and np.abs(found @ lines) == pytest.approx(lines @ lines, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("starts", "changes", "part"),
     [(((TURN, 0.3), (TURN, 0.3)), NOTHING, None), (((TURN, 0.3), (TURN, 1.3)), NOTHING, None),
@@ -636,7 +685,8 @@ def test_records_that_begin_at_another_angle_or_speed_show_no_drift_where_nothin
 @pytest.mark.parametrize(("lines", "gap", "repeats"), [(100, 0.0, False), (100, 3.0, True), (200, 15.0, True)])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_number_that_changes_from_record_to_record_is_no_gap_that_repeats(lines, gap, repeats, seed, monkeypatch):
-    """Eight pairs of records with a number of their own each, which moves a band of lines together."""
+    """Eight pairs of records with a number of their own each, which moves a band of lines together, and a calibration
+    that took what it could of it."""
     room, rng, count = "rotorsim.discrepancy.stochastic", np.random.default_rng(seed), 16
     record = np.repeat(np.arange(count), lines)
     one = SimpleNamespace(blocks=4, frequencies=np.arange(2.0), channels=("x",), orders=(), name="", point="",
@@ -651,21 +701,26 @@ def test_a_number_that_changes_from_record_to_record_is_no_gap_that_repeats(line
     )
     column, missing = (np.repeat(rng.normal(size=(count // 2, lines)), 2, axis=0).ravel() for _ in range(2))
     changed = rng.normal(size=count)
-    residual = rng.normal(size=len(record)) + 30.0 * (changed - changed.mean())[record] * column + gap * missing
-    fit = SimpleNamespace(J=column[:, None], parameters=(SimpleNamespace(key="bearing.0.kx", trend=""),),
-                          residual=residual)  # fmt: skip
+    residual = rng.normal(size=len(record)) + 30.0 * changed[record] * column + gap * missing
+    each = np.repeat(rng.normal(size=count // 2), 2 * lines)
+    J = np.column_stack([column, column * each + rng.normal(size=len(record))])
+    residual -= J @ np.linalg.lstsq(J, residual, rcond=None)[0]
+    parameters = FitParameter("bearing.0.kx", 0.1), FitParameter("shaft_stiffness", 0.1)
+    fit = SimpleNamespace(J=J, parameters=parameters, residual=residual, vector=np.zeros(2))
     monkeypatch.setattr(NotRepeated, "chance", np.zeros(len(record)))
     for name in ("random_force", "wandering_speed"):
         monkeypatch.setattr(f"{room}.{name}", lambda given: None)
-    other = NotRepeated(fit, SimpleNamespace(comparison=comparison, residual=residual))
+    other = NotRepeated(fit, SimpleNamespace(comparison=comparison, residual=residual, J=J))
     assert [one.kind for one in other.found] == ["drift"] and bool(other.repeating) == repeats
 
 
 def test_a_drift_does_not_hide_a_gap_that_repeats(linear):
-    """The size of a drift is that of no force: what the records show otherwise stays beyond the floor."""
+    """The size of a drift is that of no force: what the records show of a place that is not calibrated stays."""
     comparison, fit = two_records(
         linear, ((TURN, 0.3),) * 2, ({"bearing.1.ky": 0.02}, {"bearing.1.ky": 0.02, "bearing.0.kx": 0.05})
     )
+    kept = [i for i, k in enumerate(fit.parameters) if k.key == "bearing.0.kx"]
+    fit = replace(fit, parameters=tuple(fit.parameters[i] for i in kept), J=fit.J[:, kept])
     other = NotRepeated(fit, ObservedPlaces.of(comparison, fit, fit.residual, fit.J))
     assert [one.kind for one in other.found] == ["drift"] and not other.chance.any()
     assert other.repeating
