@@ -463,6 +463,12 @@ def test_a_wander_is_found_where_the_few_blocks_of_a_record_do_not_show_its_nois
     assert (found := wandering_speed(blocks)) and found.size[0] == pytest.approx(0.03, abs=3 * found.sd[0])
 
 
+@pytest.mark.parametrize("blocks", [3, 4, 8])
+def test_four_hundred_records_of_noise_show_no_wander(blocks):
+    """Each record has a variance of its own, which fits chance better than one of all: that adds up."""
+    assert wandering_speed(blocks_at_1x(lambda q, rng: 0.0, records=400, blocks=blocks)) is None
+
+
 @pytest.mark.parametrize("weak", [3e-9, 1e-8, 3e-8])
 def test_a_record_with_next_to_no_line_at_1x_neither_hides_a_wander_nor_changes_its_size(weak):
     trials = blocks_at_1x(lambda q, rng: q * (np.exp(0.1j * rng.normal()) - 1))
