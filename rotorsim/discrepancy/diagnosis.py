@@ -231,6 +231,11 @@ TOO_UNSTEADY = (
 """Note on records of which no law can be borne out."""
 WITHDRAWN = "{} is not given either: the law that is not borne out fits clearly better than that"
 """Note on a name or a tie that is not given."""
+NEEDLESS = (
+    "{} is not given: no group of lines shows it, and next to a calibration that has converged, the shaft's shear in it, "
+    "it explains hardly more than that alone"
+)
+"""Note on a name or a tie that made up for a calibration that had not converged."""
 NO_PEACE = (
     "no group of lines is beyond its floor by itself, but a law explains all of them together clearly better than the "
     "calibration does: whether nothing is missing stays open"
@@ -607,7 +612,7 @@ class DiagnosisRun:
         self.progress("discover")
         rivals = [h for h in judgement.verdict.fitted if not h.failed]
         try:
-            base = self._with_shear(base)
+            best, rough, base = judgement.verdict.best, base, self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             other = NotRepeated(base, seen["fit"])
@@ -619,6 +624,8 @@ class DiagnosisRun:
             found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
+            if faint and best is not None and self._needless(best, rough, base):
+                return self._without_name(base, flags, judgement, notes, NEEDLESS)
             if status == "tie" or (faint and status != "no_disagreement"):
                 return None
         except NoAnswerError:
@@ -660,13 +667,20 @@ class DiagnosisRun:
         pairs = zip([*near, *others], wanted, strict=True)
         return [replace(h, fit=self._with_shear(h.fit, end)) for h, end in pairs]
 
+    def _needless(self, best: Hypothesis, rough: ParameterFit, base: ParameterFit) -> bool:
+        """Whether an effect that was found next to a `rough` calibration helps little next to the converged one."""
+        least = min(CLEAR, (rough.cost - priced(best)) / 2)
+        if base.cost - priced(best) > least:
+            return False
+        return base.cost - priced(replace(best, fit=self._with_shear(best.fit))) < least
+
     def _without_name(
-        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
+        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str], reason: str = WITHDRAWN
     ) -> Diagnosis:  # fmt: skip
-        """Diagnosis without a tie or a verdict that no group shows: a law is clearly better, but not borne out."""
+        """Diagnosis without a tie or a verdict that no group shows: something else is better, or is as good."""
         best, rivals = judgement.verdict.best, judgement.verdict.rivals
         names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
-        notes += [WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
+        notes += [reason.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
         return self._result(base, flags, withdrawn(judgement), None, notes)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:

@@ -780,18 +780,23 @@ def test_the_tolerance_that_records_show_is_the_scatter_of_what_is_left_about_th
 FORCE, DRIFT, BOW = SimpleNamespace(sentence="a random force"), SimpleNamespace(sentence="a drift"), ("shaft_bow.bow",)
 
 
-def beyond_the_catalogue(status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2):
+def beyond_the_catalogue(
+    status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2, costs=(0.0, 0.0, -500, -500)
+):  # fmt: skip
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
     other = SimpleNamespace(found=forces, repeating=repeats)
     for name, value in (("cannot_tell", ""), ("NotRepeated", other)):
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
-    base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
-    verdict = SearchVerdict(status, SimpleNamespace(keys=BOW, failed=True) if status in ("named", "tie") else None)
+    base, converged, best, best_converged = (
+        ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), cost) for cost in costs
+    )
+    bow = Hypothesis((SimpleNamespace(key=BOW[0], parameters=()),), best, 0.0, 0.0, 0.0, failed=True)
+    verdict = SearchVerdict(status, bow if status in ("named", "tie") else None)
     run = DiagnosisRun(SimpleNamespace(film=film), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
                        lambda stage, most=0: None)  # fmt: skip
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
-    monkeypatch.setattr(run, "_with_shear", lambda fit: fit)
+    monkeypatch.setattr(run, "_with_shear", lambda fit: best_converged if fit is best else converged)
     monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
     monkeypatch.setattr(run, "_result", lambda base, flags, judgement, search, notes: Stated(judgement=judgement))
     odds = (Explanation(BOW, False, 1.0, 1e-3, True, 0.96), Explanation((), False, 1.0, 1e-3, True, 0.04))
@@ -845,6 +850,23 @@ def test_a_tie_or_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_
         left = given.judgement
         assert (left.verdict.status, left.verdict.best, left.left, left.worse) == ("unknown", None, 2, ("one",))
         assert {(e.effects, e.beyond): e.probability for e in left.odds} == {(BOW, True): 0.96, ((), False): 0.04}
+
+
+@pytest.mark.parametrize(
+    ("costs", "stays"),
+    [((0.0, -700.0, -750.0, -760.0), False), ((0.0, -700.0, -750.0, -900.0), True),
+     ((0.0, -10.0, -60.0, -60.0), True), ((0.0, -50.0, -60.0, -60.0), False)],
+)  # fmt: skip
+@pytest.mark.parametrize("status", ["named", "tie"])
+def test_a_name_that_no_group_shows_goes_where_a_calibration_that_has_converged_explains_as_much(
+    status, costs, stays, monkeypatch
+):
+    """Sums of squares of the calibration and of the effect, as they were found and converged.
+
+    An effect that brings less than a name takes stays where it brings as much as before.
+    """
+    given, _ = beyond_the_catalogue(status, [], [], lambda notes: "", monkeypatch, costs=costs)
+    assert (given and given.status) == (None if stays else "unknown")
 
 
 def rival(key: str, cost: float, slope: float) -> Hypothesis:
