@@ -232,8 +232,8 @@ TOO_UNSTEADY = (
 WITHDRAWN = "{} is not given either: the law that is not borne out fits clearly better than that"
 """Note on a name or a tie that is not given."""
 NEEDLESS = (
-    "{} is not given: no group of lines shows it, and next to a calibration that has converged, the shaft's shear in it, "
-    "it explains hardly more than that alone"
+    "{} is not given: no group of lines shows it, and next to a calibration that has converged, the shear of the shaft "
+    "among its numbers, it explains hardly more than that alone"
 )
 """Note on a name or a tie that made up for a calibration that had not converged."""
 NO_PEACE = (
