@@ -173,9 +173,11 @@ class BlockDeviations:
         """
         total, by_force, by_noise = 0.0, np.zeros(2), []
         for W, n, N, outer, own in zip(self.W, self.freedom, noise, forces, chosen, strict=True):
-            P = S[0] * outer[0] + S[1] * outer[1]
+            (x, y), P = outer, S[0] * outer[0] + S[1] * outer[1]
             a, d, b = P[0, 0].real + N[0], P[1, 1].real + N[1], P[0, 1]
-            det = a * d - np.abs(b) ** 2
+            # not a d - |b|^2, which next to a large force is the rounding of both
+            of_forces = np.maximum((x[0, 0] * y[1, 1] + x[1, 1] * y[0, 0] - 2 * x[0, 1] * y[0, 1].conj()).real, 0.0)
+            det = N[0] * N[1] + P[0, 0].real * N[1] + P[1, 1].real * N[0] + S[0] * S[1] * of_forces
             V = np.array([[d, -b], [-b.conj(), a]]) / det
             VW = np.einsum("abk,bck->ack", V, W)
             G = n * V - np.einsum("abk,bck->ack", VW, V)

@@ -498,6 +498,16 @@ def test_a_random_force_is_found_in_coloured_noise():
     assert found.size == pytest.approx((0.05 / np.sqrt(2 * 2.0),) * 2, rel=0.2)
 
 
+@pytest.mark.parametrize("size", [1e3, 1e9, 1e15])
+def test_the_likelihood_next_to_a_force_along_one_axis_is_not_one_of_roundings(size):
+    """The determinant is that of a matrix of rank one and the noise, which is known in closed form."""
+    own = BlockDeviations([0], [], [np.zeros((2, 2, 1))], [3], [])
+    h, noise, chosen = np.array([[0.7, 0.2], [0.3j, 0.5]]), np.full((2, 1), 1e-3), [np.ones(1, bool)]
+    outer = np.einsum("ia,ja->aij", h, h.conj())[..., None]
+    found, *_ = own.loss([noise], [outer], np.array([size, 0.0]), chosen)
+    assert found == pytest.approx(2 * 3 * np.log(1e-6 + 1e-3 * size * (0.7**2 + 0.3**2)), rel=1e-12)
+
+
 def test_the_slopes_of_the_likelihood_are_those_of_its_differences():
     seen = scattered(0.05, "a", colour=1.0)
     own = BlockDeviations.of(seen.comparison.trials)
