@@ -94,7 +94,7 @@ from rotorsim.discrepancy.gap import (
     spectra_of,
     virtual_readings,
 )
-from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, EffectSearch, Hypothesis, beyond_form_error
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
@@ -595,16 +595,17 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effects of the catalogue, both next to a
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
-        group of lines shows a name or a calibration. A verdict that no group shows, and a tie that leaves groups beyond
-        the floor where it was not fitted, are not given where such a law is not borne out, nor peace where a constant
-        force is there. What does not repeat is the verdict where nothing else is open, and else a note; so is a random
-        force next to a drift.
+        group of lines shows a calibration, or next to a film a name. A verdict that no group shows, and a tie that
+        leaves groups beyond the floor where it was not fitted, are not given where such a law is not borne out, nor
+        peace where a constant force is there. What does not repeat is the verdict where nothing else is open, and else
+        a note; so is a random force next to a drift.
         """
         status = judgement.verdict.status
         lacking = cannot_tell(self.fitted.trials)
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
-        if not (unanswered or faint or status in ("tie", "no_disagreement")):
+        named = status == "named" and self.machine.film is None
+        if not (unanswered or faint or named or status in ("tie", "no_disagreement")):
             return None
         if lacking:
             notes += [lacking] if unanswered else []
@@ -626,7 +627,7 @@ class DiagnosisRun:
                 return self._without_name(base, flags, judgement, notes)
             if faint and best is not None and self._needless(best, rough, base):
                 return self._without_name(base, flags, judgement, notes, NEEDLESS)
-            if status == "tie" or (faint and status != "no_disagreement"):
+            if named or status == "tie" or (faint and status != "no_disagreement"):
                 return None
         except NoAnswerError:
             return None
@@ -710,7 +711,9 @@ class DiagnosisRun:
         law = laws[0]
         rival = min(self._rivals_converged(rivals, law.priced), key=priced, default=None)
         known = base.cost if rival is None else min(base.cost, priced(rival))
-        if known - law.priced < CLEAR:
+        # what the form of an effect that explains nearly all leaves of its own response is no law
+        of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (base.cost - known)
+        if known - law.priced < max(CLEAR, of_form):
             return ""
         # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
         more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0

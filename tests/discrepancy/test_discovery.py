@@ -817,7 +817,7 @@ def beyond_the_catalogue(
 
 @pytest.mark.parametrize(
     ("status", "flags", "repeats", "searched", "found"),
-    [("named", [1], [1], False, None), ("tie", [1], [1], True, None), ("recalibrated", [1], [1], False, None),
+    [("named", [1], [1], True, None), ("tie", [1], [1], True, None), ("recalibrated", [1], [1], False, None),
      ("named", [], [], True, None), ("tie", [], [], True, None), ("recalibrated", [], [], True, None),
      ("no_disagreement", [], [], True, "stochastic"), ("no_disagreement", [1], [1], True, "note"),
      ("partial", [1], [], True, "note"), ("unknown", [1], [1], True, "note"), ("unknown", [1], [], True, "stochastic")],
@@ -825,7 +825,7 @@ def beyond_the_catalogue(
 def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
     status, flags, repeats, searched, found, monkeypatch
 ):
-    """A law is looked for unless a group shows a name or a calibration."""
+    """A law is looked for unless a group shows a calibration."""
     tried = list[str]()
     given, notes = beyond_the_catalogue(status, flags, repeats, lambda notes: tried.append("law") or "", monkeypatch)
     assert (given and given.status) == (found if found == "stochastic" else None)
@@ -841,15 +841,15 @@ def test_a_random_force_next_to_a_drift_is_a_note(repeats, noted, monkeypatch):
 
 @pytest.mark.parametrize(
     ("status", "flags", "left", "verdict"),
-    [("named", [], 2, "unknown"), ("tie", [], 2, "unknown"), ("tie", [1], 2, "unknown"), ("tie", [1], 0, None),
-     ("partial", [1], 2, None)],
+    [("named", [], 2, "unknown"), ("named", [1], 2, None), ("tie", [], 2, "unknown"), ("tie", [1], 2, "unknown"),
+     ("tie", [1], 0, None), ("partial", [1], 2, None)],
 )  # fmt: skip
 def test_a_tie_or_a_name_that_no_group_shows_goes_where_a_law_is_clearly_better_and_not_borne_out(
     status, flags, left, verdict, monkeypatch
 ):
     """Its name, the other ones that may be, and the judgement about other records stay with the verdict.
 
-    A tie that groups show and that leaves none beyond the floor where it was not fitted stays.
+    A name that groups show stays, and a tie that leaves none beyond the floor where it was not fitted.
     """
     given, notes = beyond_the_catalogue(
         status, flags, [1], lambda notes: "a law is not borne out", monkeypatch, left=left
