@@ -954,7 +954,17 @@ def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     assert Mesh(machine).shear_share == pytest.approx(expected, rel=0.02)
 
 
-def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=None):
+@pytest.mark.parametrize(("cost", "gone", "law"), [(600.0, 0.99, False), (600.0, 0.5, True), (1100.0, 0.99, True)])
+def test_a_law_has_to_be_better_than_an_effect_by_more_than_the_form_of_that_effect_leaves(
+    cost, gone, law, monkeypatch
+):
+    """An effect that takes nearly all, here about 10 000, may leave 6 % of it."""
+    effect = replace(rival("rub.stiffness", cost, 0.0), gone=gone)
+    found = judged_laws([cubic(1e12, "disc 0")], 0, 0.0, [1], monkeypatch, nothing=11000.0, rivals=[effect])
+    assert (found == ("cubic of disc 0", [])) == law and (law or found == "")
+
+
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=None, nothing=1000.0, rivals=()):
     """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
 
     A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat.
@@ -977,11 +987,12 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=
     for name, value in (("_name", (verdict, None)), ("_judged", Judgement(verdict, tuple(odds))),
                         ("_as_exact_as_shown", (fits[best], [])), ("_result", Stated(effects=(None,)))):  # fmt: skip
         monkeypatch.setattr(DiagnosisRun, name, lambda *given, value=value: value)
-    base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 1000.0)
+    base = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), nothing)
     run = DiagnosisRun(machine, models, {"fit": part}, (), [], 0.0, lambda stage, most=0: None)
+    monkeypatch.setattr(run, "_rivals_converged", lambda given, law: given)
     seen = SimpleNamespace(columns=lambda place, term, shape: np.full((3, 2), 0.0 if term.name in drifts else 1e3))
     other = SimpleNamespace(seen=seen, beyond_drift=np.max)
-    found = run._discovered(base, flags, apart, {"fit": None}, [], [], other)
+    found = run._discovered(base, flags, apart, {"fit": None}, [], rivals, other)
     return getattr(found, "discovered", found)
 
 
