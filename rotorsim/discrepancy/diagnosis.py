@@ -92,7 +92,7 @@ from rotorsim.discrepancy.gap import (
     virtual_readings,
 )
 from rotorsim.discrepancy.hidden_mass import SolvedLaw, borne_out, by_linear_model, going_with, in_plant, stated
-from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, EffectSearch, Hypothesis, beyond_form_error
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     AllEvidence,
     Judgement,
@@ -229,6 +229,11 @@ TOO_UNSTEADY = (
 """Note on records of which no law can be borne out."""
 WITHDRAWN = "{} is not given either: the law that is not borne out fits clearly better than that"
 """Note on a name or a tie that is not given."""
+NEEDLESS = (
+    "{} is not given: no group of lines shows it, and next to a calibration that has converged, the shear of the shaft "
+    "among its numbers, it explains hardly more than that alone"
+)
+"""Note on a name or a tie that made up for a calibration that had not converged."""
 NO_PEACE = (
     "no group of lines is beyond its floor by itself, but a law explains all of them together clearly better than the "
     "calibration does: whether nothing is missing stays open"
@@ -583,16 +588,17 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effects of the catalogue, both next to a
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
-        group of lines shows a name or a calibration. A verdict that no group shows, and a tie that leaves groups beyond
-        the floor where it was not fitted, are not given where such a law is not borne out, nor peace where a constant
-        force is there. What does not repeat is the verdict where nothing else is open, and else a note; so is a random
-        force next to a drift.
+        group of lines shows a calibration, or next to a film a name. A verdict that no group shows, and a tie that
+        leaves groups beyond the floor where it was not fitted, are not given where such a law is not borne out, nor
+        peace where a constant force is there. What does not repeat is the verdict where nothing else is open, and else
+        a note; so is a random force next to a drift.
         """
         status = judgement.verdict.status
         lacking = cannot_tell(self.fitted.trials)
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
-        if not (unanswered or faint or status in ("tie", "no_disagreement")):
+        named = status == "named" and self.machine.film is None
+        if not (unanswered or faint or named or status in ("tie", "no_disagreement")):
             return None
         if lacking:
             notes += [lacking] if unanswered else []
@@ -600,7 +606,7 @@ class DiagnosisRun:
         self.progress("discover")
         rivals = [h for h in judgement.verdict.fitted if not h.failed]
         try:
-            base = self._with_shear(base)
+            best, rough, base = judgement.verdict.best, base, self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             other = NotRepeated(base, seen["fit"])
@@ -609,12 +615,15 @@ class DiagnosisRun:
                 found = self._with_hysteresis(base, flags, seen, own) or found
             if isinstance(found, Diagnosis):
                 return found
-            notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
+            if not (named and flags):
+                notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
             self.unexplained_places = (seen["fit"], base) if unanswered and flags else None
             found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
-            if status == "tie" or (faint and status != "no_disagreement"):
+            if faint and best is not None and self._needless(best, rough, base):
+                return self._without_name(base, flags, judgement, notes, NEEDLESS)
+            if named or status == "tie" or (faint and status != "no_disagreement"):
                 return None
         except NoAnswerError:
             return None
@@ -655,13 +664,20 @@ class DiagnosisRun:
         pairs = zip([*near, *others], wanted, strict=True)
         return [replace(h, fit=self._with_shear(h.fit, end)) for h, end in pairs]
 
+    def _needless(self, best: Hypothesis, rough: ParameterFit, base: ParameterFit) -> bool:
+        """Whether an effect that was found next to a `rough` calibration helps little next to the converged one."""
+        least = min(CLEAR, (rough.cost - priced(best)) / 2)
+        if base.cost - priced(best) > least:
+            return False
+        return base.cost - priced(replace(best, fit=self._with_shear(best.fit))) < least
+
     def _without_name(
-        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str]
+        self, base: ParameterFit, flags: list[Misfit], judgement: Judgement, notes: list[str], reason: str = WITHDRAWN
     ) -> Diagnosis:  # fmt: skip
-        """Diagnosis without a tie or a verdict that no group shows: a law is clearly better, but not borne out."""
+        """Diagnosis without a tie or a verdict that no group shows: something else is better, or is as good."""
         best, rivals = judgement.verdict.best, judgement.verdict.rivals
         names = [" with ".join(h.keys) for h in (best, *rivals) if h is not None]
-        notes += [WITHDRAWN.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
+        notes += [reason.format(" or ".join(names)) if names else NO_PEACE] if NOT_IDENTIFIABLE not in notes else []
         return self._result(base, flags, withdrawn(judgement), None, notes)
 
     def _seen(self, part: TwinComparison, base: ParameterFit) -> ObservedPlaces:
@@ -691,7 +707,9 @@ class DiagnosisRun:
         law = laws[0]
         rival = min(self._rivals_converged(rivals, law.priced), key=priced, default=None)
         known = base.cost if rival is None else min(base.cost, priced(rival))
-        if known - law.priced < CLEAR:
+        # what the form of an effect that explains nearly all leaves of its own response is no law
+        of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (base.cost - known)
+        if known - law.priced < max(CLEAR, of_form):
             return ""
         # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
         more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0

@@ -46,6 +46,10 @@ SURELY = 4.0
 """Standard deviations beyond what chance makes from which on lines at 1X move along themselves too."""
 WHOLE_TURNS = 0.02
 """Distance of 1X to a line of a block, in lines, up to which the block holds whole turns."""
+OF_CHANCE = 0.5
+"""Mean gain of a record in which nothing wanders, as its variances are known by few numbers: 0.4 to 0.5."""
+AROUND = 4
+"""Lines on each side of 1X whose scatter across q is that of the noise there: those of a wander are along q."""
 SAME_PLACE = 6.0
 """Twice the difference in log-likelihood within which places are not distinguished."""
 LOUD = 5.0
@@ -169,9 +173,11 @@ class BlockDeviations:
         """
         total, by_force, by_noise = 0.0, np.zeros(2), []
         for W, n, N, outer, own in zip(self.W, self.freedom, noise, forces, chosen, strict=True):
-            P = S[0] * outer[0] + S[1] * outer[1]
+            (x, y), P = outer, S[0] * outer[0] + S[1] * outer[1]
             a, d, b = P[0, 0].real + N[0], P[1, 1].real + N[1], P[0, 1]
-            det = a * d - np.abs(b) ** 2
+            # not a d - |b|^2, which next to a large force is the rounding of both
+            of_forces = np.maximum((x[0, 0] * y[1, 1] + x[1, 1] * y[0, 0] - 2 * x[0, 1] * y[0, 1].conj()).real, 0.0)
+            det = N[0] * N[1] + P[0, 0].real * N[1] + P[1, 1].real * N[0] + S[0] * S[1] * of_forces
             V = np.array([[d, -b], [-b.conj(), a]]) / det
             VW = np.einsum("abk,bck->ack", V, W)
             G = n * V - np.einsum("abk,bck->ack", VW, V)
@@ -288,10 +294,13 @@ def wandering_speed(trials: Sequence[Trial]) -> StochasticForce | None:
         d = lines - q
         turned = d @ (q / size).conj()
         S = np.cov(np.array([turned.imag, turned.real]))
-        rest = max(float(np.sum(np.abs(d) ** 2)) / n - float(np.trace(S)), 1e-300) / (m - 2)
+        near = t.spectra[:, : len(t.channels), max(k - AROUND, 1) : k + AROUND + 1]
+        near = near - near.mean(axis=0)
+        across = near - (q / size)[:, None] * ((q / size).conj() @ near)[:, None]
+        rest = max(float(np.sum(np.abs(across) ** 2)), 1e-300) / (n * near.shape[2] * (m - 2))
         most = rest + 2 * (S[0, 0] / size) ** 2  # the angle wanders within a block too
         along_q = min(max(S[1, 1], rest / 2), most)
-        gain += n * (2 * np.log(np.trace(S) / 2) + 1 - np.log(S[0, 0] * along_q) - S[1, 1] / along_q)
+        gain += n * (2 * np.log(np.trace(S) / 2) + 1 - np.log(S[0, 0] * along_q) - S[1, 1] / along_q) - OF_CHANCE
         bent -= n * np.log1p(-min(S[0, 1] ** 2 / (S[0, 0] * S[1, 1]), 1 - 1e-12))
         expected += n * (psi(n / 2) - psi((n - 1) / 2))
         variance += n**2 * (polygamma(1, (n - 1) / 2) - polygamma(1, n / 2))
@@ -321,20 +330,29 @@ def _of_a_line(df: float, order: float) -> float:
     return 1 / NEAR_LINE if order else 2 * df
 
 
+def _leak(x: np.ndarray) -> np.ndarray:
+    """Most of sinc^2 at x or beyond."""
+    return np.asarray(np.maximum(np.pi * x, 1.0) ** -2)
+
+
 def by_chance(force: StochasticForce, seen: ObservedPlaces) -> np.ndarray:
     """Standard deviations (n,) [m] of the means over blocks in a data vector that a random force makes by chance.
 
     A line of a block has the variance H S H', of which half is its real part's, and a mean a quarter; blocks are taken
-    to be independent.
+    to be independent. A narrow force at an order leaks into lines x away, of a block or of all blocks together, with
+    sinc^2 of x at most: its mean is at most the larger of both.
     """
     comparison = seen.comparison
     found = np.zeros(len(comparison.measured))
     for i, m in enumerate(seen.motions.get(force.place, [])):
         trial, f = comparison.trials[i], m.frequencies
-        S = _of_a_line(f[1], force.order) * np.square(force.size)
-        sd = np.sqrt(np.abs(m.H) ** 2 @ S / (2 * trial.blocks))
+        H, S, share = m.H, np.square(force.size), np.full(len(f), 2 * f[1] / trial.blocks)
         if force.order:
-            sd[np.abs(f - force.order * abs(trial.speed) / (2 * np.pi)) >= NEAR_LINE * f[1]] = 0.0
+            turns = abs(trial.speed) / (2 * np.pi)
+            x = np.maximum(np.abs(f - force.order * turns) - np.diff(ORDERS)[0] * turns / 2, 0.0) / f[1]
+            share = 2 * np.maximum(_leak(x) / trial.blocks, _leak(trial.blocks * x))
+            H = m.H[np.argmin(x)]
+        sd = np.sqrt(np.abs(H) ** 2 @ S * share[:, None] / 2)
         sd[0] /= np.sqrt(2)
         found[comparison.layout.record == i] = trial.vector(sd.T[None] * (1 + 1j))
     drifts = np.flatnonzero(comparison.layout.drift)  # from the first block to the last, each next to its mean
@@ -436,10 +454,18 @@ class NotRepeated:
     @property
     def repeating(self) -> list[Misfit]:
         """Groups of lines whose gap repeats, next to the force and to a drift."""
-        left, comparison = self.fit.residual, self.seen.comparison
+        return repeating(self.seen.comparison, self.left, self.chance)
+
+    @property
+    def left(self) -> np.ndarray:
+        """Whitened residual (n,) of the calibration solved once more, next to what does not repeat in each record."""
+        fit, own = self.fit, list[np.ndarray]()
         if self.drift is not None:
-            left = without_drift(comparison, self.fit, self.drift, self.chance)
-        return repeating(comparison, left, self.chance)
+            part, _, changes = self.drift
+            own.append(fit.J[:, _parts(fit)[part]] @ changes)
+        if self.wander is not None:
+            own.append(sidebands(self.wander, self.seen.comparison))
+        return fit.residual if self.force is None and not own else next_to(self.seen, fit, own, self.chance)
 
     @property
     def found(self) -> tuple[StochasticForce, ...]:
@@ -516,29 +542,50 @@ def drift(
     return part, StochasticForce("drift", place, others, (size, size), (sd, sd), "", gain, what=what), changes
 
 
-def without_drift(
-    comparison: TwinComparison, fit: ParameterFit, found: tuple[str, StochasticForce, np.ndarray], chance: np.ndarray
-) -> np.ndarray:
-    """Whitened residual (n,) of a fit without what the drift that was `found` makes of each record, at its likeliest.
+def next_to(
+    seen: ObservedPlaces, fit: ParameterFit, own: Sequence[np.ndarray], chance: np.ndarray | float = 0.0
+) -> np.ndarray:  # fmt: skip
+    """Whitened residual (n,) of a calibration that is solved together with numbers of size one of each record.
 
-    One number that drifts moves all lines of a record together: no scatter of single lines stands for it. The random
-    force's standard deviations `chance` (n,) [m] weigh the lines too.
+    Columns of `own` (n, k) are what the numbers make of the data; the random force's standard deviations `chance` (n,)
+    [m] weigh the lines. Without both, what does not repeat leads the calibration astray, which shows in all records.
+    One number that drifts moves all lines of a record together: no scatter of single lines stands for it.
     """
-    part, _, changes = found
-    left, weight = fit.residual.copy(), comparison.sigma / np.hypot(comparison.sigma, chance)
-    for i in np.unique(comparison.layout.record):
-        own = comparison.layout.record == i
-        A = fit.J[np.ix_(own, _parts(fit)[part])] @ changes
-        wanted = np.concatenate([weight[own] * left[own], np.zeros(changes.shape[1])])
-        left[own] -= A @ answer(np.linalg.lstsq, np.vstack([weight[own, None] * A, np.eye(len(A.T))]), wanted)[0]
-    return left
+    p, weight = prior_rows(fit.parameters), seen.comparison.sigma / np.hypot(seen.comparison.sigma, chance)
+    X = np.column_stack([seen.J, *_each(seen, own)])
+    prior = np.concatenate([p, np.ones(X.shape[1] - len(p))])
+    A = np.vstack([weight[:, None] * X, np.diag(prior)])
+    size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    b = np.concatenate([weight * fit.residual, -p * fit.vector, np.zeros(len(prior) - len(p))])
+    return np.asarray(fit.residual - X @ (answer(np.linalg.lstsq, A / size, b, rcond=1e-9)[0] / size))
+
+
+def _each(seen: ObservedPlaces, own: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Columns (n, k) of numbers that each record has by itself."""
+    record = seen.comparison.layout.record
+    return [np.where((record == i)[:, None], columns, 0.0) for columns in own for i in np.unique(record)]
+
+
+def sidebands(wander: StochasticForce, comparison: TwinComparison) -> np.ndarray:
+    """Whitened data (n, 1) that a speed that wanders makes next to 1X in a record's mean, by its standard deviation.
+
+    Where the angle changes by Delta within a block, in the mean, the lines k away from 1X, q, are those of a sawtooth,
+    q Delta / (2 pi k). Blocks that know nothing of each other differ by the root of two times the angle.
+    """
+    found = []
+    for t in comparison.trials:
+        apart = np.arange(len(t.frequencies)) - abs(t.speed) / (2 * np.pi * t.frequencies[1])
+        k = int(np.argmin(np.abs(apart)))
+        shape = np.divide(np.sqrt(2) * wander.size[0], 2 * np.pi * apart, where=np.arange(len(apart)) != k,
+                          out=np.zeros(len(apart)))  # fmt: skip
+        found.append(t.vector(t.spectra.mean(axis=0)[None, :, k, None] * shape))
+    return np.asarray((np.concatenate(found) / comparison.sigma)[:, None])
 
 
 def fall_next_to_drift(seen: ObservedPlaces, fit: ParameterFit, part: str, columns: np.ndarray) -> float:
     """Fall of the sum of squares by columns (n, k) where the numbers of a part may differ from record to record."""
-    record, p = seen.comparison.layout.record, prior_rows(fit.parameters)
-    each = [np.where(record == i, seen.J[:, k], 0.0) for i in np.unique(record) for k in _parts(fit)[part]]
-    A = np.column_stack([seen.J, *each, columns])
+    p = prior_rows(fit.parameters)
+    A = np.column_stack([seen.J, *_each(seen, [seen.J[:, _parts(fit)[part]]]), columns])
     A = np.vstack([A, np.eye(len(p), A.shape[1]) * np.pad(p, (0, A.shape[1] - len(p)))])
     b = np.concatenate([seen.residual, -p * fit.vector])
     A /= np.maximum(np.linalg.norm(A, axis=0), 1e-300)

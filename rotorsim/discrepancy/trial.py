@@ -31,6 +31,7 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from itertools import combinations
 from math import nan
 from typing import TYPE_CHECKING, Any
 
@@ -56,6 +57,8 @@ SETTLING = 0.5
 """Beginning [s] of a record that is never compared: the twin starts at rest in equilibrium."""
 UNSETTLED = 0.2
 """Change of the excited lines from the first block to the last, as a share, from which on a record begins at rest."""
+ONSET = 1.5
+"""The same, as a multiple of the largest change among later blocks: what is random goes on, an onset fades."""
 RUN_IN = 10.0
 """Time [s] for which a twin runs before the window where no period holds whole turns. It begins in the motion of its
 turning and of its inputs; in this time fades what effects add to their sum."""
@@ -408,7 +411,9 @@ def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: n
     if np.abs(force[length:] - force[:length]).max() > 1e-6 * np.abs(force).max():
         return False
     lines = block_lines(displacement, len(rows) - blocks * length, length, blocks, len(excited))[:, :, excited]
-    return bool(np.linalg.norm(lines[0] - lines[-1]) < UNSETTLED * np.linalg.norm(lines[-1]))
+    change, size = (float(np.linalg.norm(one)) for one in (lines[0] - lines[-1], lines[-1]))
+    later = max((float(np.linalg.norm(a - b)) for a, b in combinations(lines[1:], 2)), default=0.0)
+    return change < max(UNSETTLED * size, ONSET * later)
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:

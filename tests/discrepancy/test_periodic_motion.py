@@ -8,7 +8,7 @@ import pytest
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.hidden_machine import unshaken
-from rotorsim.discrepancy.trial import trial_of
+from rotorsim.discrepancy.trial import block_lines, trial_of
 from rotorsim.discrepancy.twin import Twin, in_motion, repeating_motion
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
@@ -180,6 +180,17 @@ def test_a_light_damping_need_not_forget_where_no_period_holds_whole_turns(machi
 def test_a_record_that_shows_the_onset_begins_at_rest(models):
     rows = shaken(0.0, onset=True)
     assert not trial_of(rows, models.twin.run({}, rows, 0.0)[:, :2], 0.0, "onset").settled
+
+
+def test_a_line_that_does_not_repeat_is_no_onset():
+    """It leaks into all lines: between any two blocks they change by as much as from the first to the last."""
+    rows = shaken(0.0)
+    t = np.arange(len(rows)) * 2e-4
+    steady = 1e-6 * np.column_stack([rows[:, 4], rows[:, 5]])
+    other = 2e-5 * np.column_stack([np.cos(2 * np.pi * 7.1 * t), np.sin(2 * np.pi * 7.1 * t)])
+    lines = block_lines(steady + other, 0, 4000, 3, 200)[:, :, 5::4]
+    assert np.linalg.norm(lines[0] - lines[-1]) > 0.2 * np.linalg.norm(lines[-1])
+    assert trial_of(rows, steady + other, 0.0, "line").settled
 
 
 def test_every_input_has_to_repeat_with_the_period():
