@@ -33,6 +33,7 @@ from rotorsim.base.rounding import answer
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, prior_rows, step_of
+from rotorsim.discrepancy.machine_file import pins_along
 
 GAIN = "actuator_gain"
 """Effect whose sensitivities are those to the input of an injector."""
@@ -118,10 +119,10 @@ def equivalent_inputs(
     That fit begins at the machine file, and at `base` where it does not take most of the misfit from there.
     `best` is the point of what explains the records best.
     """
-    injectors, driven = comparison.twin.machine.injectors, any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
+    driven = any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
     if GAIN not in comparison.twin.slots or not driven or any(t.orders for t in comparison.trials):
         return ()
-    pins = {a: tuple(k for k, one in enumerate(injectors, 1) if one.reference.endswith(a)) for a in "xy"}
+    pins = {axis: pins_along(comparison.twin.machine, axis) for axis in "xy"}
     axes = [(f"all pins that follow r_{axis}", own) for axis, own in pins.items() if len(own) > 1]
     alone = [(f"injector {k}", (k,)) for own in pins.values() for k in own]
     try:
