@@ -49,6 +49,7 @@ from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     OF_FILM,
     PRICE,
+    LawTerm,
     ProposedLaw,
     after_choice,
     beyond_film,
@@ -96,6 +97,7 @@ from rotorsim.discrepancy.gap import (
 )
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
+    HARMONICS,
     AllEvidence,
     Judgement,
     accuracy_notes,
@@ -109,7 +111,7 @@ from rotorsim.discrepancy.judge import (
     withdrawn,
     worse_than,
 )
-from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, probe_answers
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, order_forces, probe_answers
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import (
     SAMPLED,
@@ -130,6 +132,7 @@ from rotorsim.discrepancy.records import (
     open_records,
     plane_notes,
     record_notes,
+    reference_notes,
     unexplained,
 )
 from rotorsim.discrepancy.result import (
@@ -157,6 +160,7 @@ from rotorsim.discrepancy.verdict import (
     judge,
     one_of_each_class,
     probability_of,
+    with_force,
     with_more,
 )
 from rotorsim.effects import REGISTRY
@@ -276,7 +280,8 @@ def diagnose(
     tolerance : float
         Declared tolerance of the model, as a share of every line.
     progress : function of a stage's name and the most steps that it takes
-        Called with each step of the work; the number is 0 where it is not known.
+        Called with each step of the work; the number is 0 where it is not known. Before the work begins, called with
+        each sentence on the records that may make it useless.
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
@@ -303,14 +308,18 @@ def diagnose(
     cache = None if resume is None else Cache(Path(resume))
     parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
              (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
+    every = [one for part in parts.values() for one in part]
+    unknown = reference_notes(machine, every)
+    for note in unknown:
+        progress(note)
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
         trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
     found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
-    every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]
-    return replace(found, notes=(*record_notes(every), *plane_notes(machine, every), *rate_notes(tables), *found.notes))
+    notes = *unknown, *record_notes(every), *plane_notes(machine, every), *rate_notes(tables), *found.notes
+    return replace(found, notes=notes)
 
 
 def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
@@ -553,7 +562,7 @@ class DiagnosisRun:
     def _converged(self, base: ParameterFit) -> tuple[ParameterFit, np.ndarray]:
         """A calibration without an effect as it is reported, and its covariance (k, k); found once for each."""
         if self.converged is None or self.converged[0] is not base:
-            self.converged = base, *self._measured(base, self.fitted, base)
+            self.converged = base, *self._measured(base, self.fitted, base, "calibrate")
         return self.converged[1:]
 
     def _notes_on_records(self) -> list[str]:
@@ -1073,11 +1082,36 @@ class DiagnosisRun:
             odds = explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
         except NoAnswerError:
             return ()
+        reading = self._reading(base, verdict, odds)
+        if reading is not None:
+            odds = with_force(odds, *reading)
         tried = {h.keys: h.fit for h in sorted(self.tried, key=lambda h: -h.fit.cost) if not h.failed}
         if flags or not tried or self.laws is not None:
             return odds
         before = self._unfitted(base)
         return with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
+
+    def _reading(
+        self, base: ParameterFit, verdict: SearchVerdict, odds: Sequence[Explanation]
+    ) -> tuple[Hypothesis, float] | None:
+        """The most probable hypothesis, where it is an error of the sensors at an order, and a force's sum of squares.
+
+        That is the least one by a force at the same order at any place, constant or growing with the square of the
+        speed; both together would make any motion, also one that is the same at all speeds. None for another one, for the first order, at
+        which a bow is such a force and unbalances are calibrated, and for records of which no place is observed.
+        """
+        fitted = [h for h in verdict.fitted if not h.failed]
+        best = max(fitted, key=lambda h: (probability_of(h.keys, odds), -h.fit.cost), default=None)
+        if best is None or self.laws is not None or not any(REGISTRY[f.effect].port == "sensor" for f in best.forms):
+            return None
+        taken = {n: sum(f.chi2 for f in table(self.fitted, base.residual - best.fit.residual) if f.group == f"{n}X")
+                 for n in HARMONICS}  # fmt: skip
+        n = max(taken, key=lambda order: taken[order])
+        if taken[n] < CLEAR or not all(t.periodic or t.turning for t in self.fitted.trials):
+            return None
+        seen = self._seen(self.fitted, base)
+        laws = (solved(seen, None, base, place, [LawTerm(term)]) for place in seen.motions for term in order_forces(n))
+        return best, min(law.cost for law in laws)
 
     def _planner(
         self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, odds: tuple[Explanation, ...]
@@ -1116,12 +1150,12 @@ class DiagnosisRun:
         return float(np.sqrt(np.mean(moved**2)))
 
     def _measured(
-        self, fit: ParameterFit, comparison: TwinComparison, proven: ParameterFit
+        self, fit: ParameterFit, comparison: TwinComparison, proven: ParameterFit, stage: str = "show"
     ) -> tuple[ParameterFit, np.ndarray]:
         """Fit whose numbers are reported, converged from `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
         # a law is fitted to linear bearings alone, where both sides are alike
-        done = finished(comparison, proven, lambda: self.progress("show"), central=self.laws is None)
+        done = finished(comparison, proven, lambda: self.progress(stage), central=self.laws is None)
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
     def _proven(self, fit: ParameterFit) -> tuple[TwinComparison, ParameterFit]:

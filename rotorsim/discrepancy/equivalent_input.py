@@ -1,17 +1,19 @@
 r"""Equivalent input of the injectors: how each pin's reference would have to arrive to make what a calibration leaves.
 
-The lines that injector j drives answer an error g of its gain with S_j(omega), a column of the plant itself, about
-each record's own motion. A relative error e_j(omega) of its input, the same in all records, makes e_j S_j, so that
+The lines that injector j drives answer an error g of its gain with S_j(omega), and a delay T with D_j(omega) T: columns
+of the plant itself, about each record's own motion. In a linear plant D_j = -i omega S_j; a film that bends with the
+motion answers a larger reference otherwise than a later one. A relative error e_j(omega) of its input, the same in all
+records, makes
 
-.. math:: r(\omega) \approx J\,\delta\theta + \sum_j S_j(\omega)\,e_j(\omega)
+.. math:: r(\omega) \approx J\,\delta\theta + \sum_j S_j\,\Re e_j - \frac{D_j}{\omega}\,\Im e_j
 
-is solved for the calibration and the e_j of all bands together. 1 + e_j is the ratio of the equivalent to the
+which is solved for the calibration and the e_j of all bands together. 1 + e_j is the ratio of the equivalent to the
 commanded input: its gain and phase. A gain error g and a time T by which it comes late, lag or delay, are read from it,
 
 .. math:: 1 + e_j(\omega) = (1 + g)\,e^{-i \omega T}
 
 Pins that answer one reference move the rotor alike; a curve for all pins of an axis is known where those of single pins
-are not. The input is that of the plant's tangent: where the film bends with the motion it is some per cent off, which
+are not. The input is that of the plant's tangents: where the film bends with the motion it is some per cent off, which
 the intervals hold; an effect that is fitted has no such error.
 
 A cause elsewhere would be forced into inputs. These are shown where they take most of the misfit that the calibration
@@ -22,23 +24,25 @@ Cites: platz_2001.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, prior_rows, step_of
 from rotorsim.discrepancy.machine_file import pins_along
 
-GAIN = "actuator_gain"
-"""Effect whose sensitivities are those to the input of an injector."""
-STEP = 0.02
-"""Relative step of a gain in finite differences."""
+GAIN, DELAY = "actuator_gain", "actuator_delay"
+"""Effects whose sensitivities are those to the input of an injector; without the second one the plant is linear."""
+STEP, LATER = 0.02, 5e-5
+"""Relative step of a gain, and step of a delay [s], in finite differences."""
 BANDS = 8
 """Bands of frequency in which an input has one error."""
 SHOWN = 0.02
@@ -58,6 +62,8 @@ FORM = 0.03
 KNOWN = 0.5
 """Share of these below which records determine a number."""
 
+Pair = tuple[np.ndarray, np.ndarray]
+"""Columns (n,) that answer the real and the imaginary part of an input's error."""
 Sources = Sequence[tuple[str, tuple[int, ...]]]
 """Names of inputs, each with the numbers of the injectors that err alike."""
 
@@ -96,6 +102,7 @@ class EquivalentInput:
         if not self.is_known:
             return f"{self.name}: not known from these records"
         gain = f"gain {100 * self.error:+.2g} +- {100 * self.error_sd:.1g} %"
+        gain = gain if self.error > -1 else f"reversed, gain {1 + self.error:.2g} +- {self.error_sd:.1g}"
         return f"{self.name}: {gain}, late by {self.late * 1e3:.2g} +- {self.late_sd * 1e3:.1g} ms"
 
     def as_dict(self) -> dict[str, Any]:
@@ -137,7 +144,7 @@ def _of_all(
     """Equivalent inputs of all pins of an axis, and of single ones; each has a calibration of its own."""
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
-    found, begins = list[EquivalentInput](), [(start, dict[int, np.ndarray]()), (base, dict[int, np.ndarray]())]
+    found, begins = list[EquivalentInput](), [(start, dict[int, Pair]()), (base, dict[int, Pair]())]
     for sources in (axes, alone):
         for begin, columns in begins if sources else ():
             fit, solution = _solved(comparison, begin, sources, columns)
@@ -176,7 +183,7 @@ def _take_most(found: InputErrors, base: ParameterFit) -> bool:
 
 def _solved(
     comparison: TwinComparison, base: ParameterFit, sources: Sources,
-    columns: dict[int, np.ndarray],
+    columns: dict[int, Pair],
 ) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
     """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
 
@@ -192,8 +199,7 @@ def _solved(
         if number == 0 or (fresh and number == 1):
             if fresh:
                 columns |= _columns(comparison, base, {k for _, own in sources for k in own})
-            S = [np.sum([columns[k] for k in own], axis=0) for _, own in sources]
-            turned = [_turned(comparison, s) for s in S]
+            S, turned = zip(*(np.sum([columns[k] for k in own], axis=0) for _, own in sources), strict=True)
             limits, middles = _bands(f, np.sum(np.square(S), axis=0))
             band = np.digitize(f, limits) - 1
             parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
@@ -215,15 +221,28 @@ def _solved(
             break
     whole = replace(base, parameters=parameters, J=J, residual=r, cost=cost_of(r, np.r_[base.vector, e], p))
     V = covariance(whole, comparison.layout.record)[n:, n:]
-    return base, InputErrors(e, V, S, turned, band, middles, whole.cost, max(1.0, whole.chi2 / len(r)))
+    return base, InputErrors(e, V, [*S], [*turned], band, middles, whole.cost, max(1.0, whole.chi2 / len(r)))
 
 
-def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, np.ndarray]:
-    """Whitened change (n,) with the gain of each of the pins, at a calibration."""
-    table, here, found = comparison.twin.slots[GAIN], comparison.predict(base.point), {}
+def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, Pair]:
+    """Whitened changes (n,) with the real and with the imaginary part of each pin's error, at a calibration.
+
+    A delay is interpolated between samples, so that its column is that of a difference of two.
+    """
+    here, slots = comparison.predict(base.point), comparison.twin.slots
+
+    def column(effect: str, number: str, step: float, k: int) -> np.ndarray:
+        held = base.point.holding({f"{effect}.{slots[effect]}.injector": float(k)})
+        return comparison.column(held, FitParameter(f"{effect}.{slots[effect]}.{number}", step), here)
+
+    def later(f: np.ndarray) -> np.ndarray:
+        return np.asarray(1j * RIG_SAMPLE / np.expm1(-2j * np.pi * f * RIG_SAMPLE))
+
+    found = {}
     for k in pins:
-        held = base.point.holding({f"{GAIN}.{table}.injector": float(k)})
-        found[k] = comparison.column(held, FitParameter(f"{GAIN}.{table}.error", STEP), here)
+        S = column(GAIN, "error", STEP, k)
+        late = column(DELAY, "delay", LATER, k) if DELAY in slots else None
+        found[k] = S, _times(comparison, S, lambda f: 1j) if late is None else _times(comparison, late, later)
     return found
 
 
@@ -242,16 +261,20 @@ def _read(
                         [np.diag((1 / ratio).imag), np.diag((1 / ratio).real)]])  # fmt: skip
         V = per @ found.V[np.ix_(np.r_[at, at + 1], np.r_[at, at + 1])] @ per.T
         V = found.wider * (V + FORM**2 * np.eye(len(V)))
-        sd, y = np.sqrt(np.diag(V)), np.concatenate([np.log(np.abs(ratio)), np.unwrap(np.angle(ratio))])
-        design = np.block([[np.ones((BANDS, 1)), np.zeros((BANDS, 1))], [np.zeros((BANDS, 1)), -omega[:, None]]])
+        sd, design = np.sqrt(np.diag(V)), block_diag(np.ones((BANDS, 1)), -omega[:, None])
         weighted = answer(np.linalg.solve, V, design)
         W = answer(np.linalg.inv, design.T @ weighted + np.diag([ERROR**-2.0, LATE**-2.0]))
-        error, late = W @ (weighted.T @ y)
+        # a drive that is reversed has the phase of minus the ratio
+        both = [np.concatenate([np.log(np.abs(ratio)), np.unwrap(np.angle(sign * ratio))]) for sign in (1, -1)]
+        readings = [W @ (weighted.T @ y) for y in both]
+        left = [y @ answer(np.linalg.solve, V, y) - x @ (weighted.T @ y) for y, x in zip(both, readings, strict=True)]
+        turned = int(left[1] < left[0])
+        (error, late), phase = readings[turned], both[turned][BANDS:] + np.pi * turned
+        gain, (gain_sd, late_sd) = (1 - 2 * turned) * np.exp(error), np.sqrt(np.diag(W))
         out.append(
             EquivalentInput(
-                name, own, found.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], y[BANDS:], sd[BANDS:],
-                float(np.expm1(error)), float(np.exp(error) * np.sqrt(W[0, 0])), float(late), float(np.sqrt(W[1, 1])),
-                law[:, i],
+                name, own, found.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], phase, sd[BANDS:],
+                float(gain - 1), float(abs(gain) * gain_sd), float(late), float(late_sd), law[:, i],
             )
         )  # fmt: skip
     return out
@@ -268,12 +291,13 @@ def _made_by(comparison: TwinComparison, base: ParameterFit, found: InputErrors,
     return np.asarray(e[:, : len(found.columns)] + 1j * e[:, len(found.columns) :])
 
 
-def _turned(comparison: TwinComparison, column: np.ndarray) -> np.ndarray:
-    """A column (n,) with its lines times i; without means."""
+def _times(comparison: TwinComparison, column: np.ndarray, factor: Callable[[np.ndarray], Any]) -> np.ndarray:
+    """A column (n,) with its lines times a factor of their frequencies [Hz]; without means."""
     out = np.zeros_like(column)
     for i in range(len(comparison.trials)):
         for own, lines in zip(comparison.numbers_of(i), comparison.lines_of(i, column), strict=True):
-            out[own] = np.concatenate([-lines.imag, lines.real])
+            f = comparison.layout.frequency[own][: len(lines)]
+            out[own] = np.concatenate([(turned := factor(f) * lines).real, turned.imag])
     return out
 
 

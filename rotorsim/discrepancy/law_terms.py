@@ -207,10 +207,19 @@ LIBRARY = (
                                       ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
 )  # fmt: skip
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
-ORDER_FORCES = tuple(
-    LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
-    for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))
-)  # fmt: skip
+
+
+def order_forces(n: int) -> tuple[LibraryTerm, LibraryTerm]:
+    """Forces at an order of the shaft, one constant and one that grows with the square of the speed."""
+
+    def at(unit: str, factor: str, grown: str) -> LibraryTerm:
+        waves = tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin"))
+        return LibraryTerm(f"force at {n}X{grown}", unit, waves)
+
+    return at("N", "", ""), at("N*s^2", "speed * speed * ", " with speed squared")
+
+
+ORDER_FORCES = (*order_forces(1), *order_forces(2))
 """Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
 its film, is nearly one."""
 CORNERS = (30.0, 100.0, 300.0, 850.0)

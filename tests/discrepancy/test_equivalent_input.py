@@ -169,6 +169,17 @@ def test_an_input_that_takes_the_misfit_is_shown_with_its_numbers():
         assert one.error == pytest.approx(-0.1, abs=3 * one.error_sd)
 
 
+@pytest.mark.parametrize("late", [0.0, 1e-3])
+def test_a_reversed_input_is_shown_as_such_with_the_time_by_which_it_is_late(late):
+    """Its phase is that of the delay and half a turn: a delay alone does not make it."""
+    for one in inputs_of(late=late, gain=-1.9).values():
+        if len(one.injectors) > 1:
+            assert one.is_known and "reversed" in one.sentence
+            assert one.error == pytest.approx(-1.9, abs=3 * one.error_sd + 0.02)
+            assert one.late == pytest.approx(late, abs=3 * one.late_sd)
+    assert "reversed" not in inputs_of(late=1e-3, gain=-0.1)[2, 4].sentence
+
+
 @pytest.mark.parametrize("uneven", [0.0, 0.02, 0.1, 0.5])
 def test_a_misfit_that_no_input_makes_shows_no_input(uneven):
     assert inputs_of(uneven=uneven) == {}

@@ -34,6 +34,7 @@ from rotorsim.discrepancy.verdict import (
     one_of_each_class,
     preferred,
     shown_share,
+    with_force,
     with_more,
 )
 from rotorsim.machine import load_machine
@@ -701,3 +702,13 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     k = run.machine.bearings[0].coefficients[0][0, 0] / 1e6
     finished, _ = run._large([("0", SOFT)], 0.01 * np.eye(len(SOFT.parameters)))
     assert f"kxx of {left} is {k / 3:.3g} MN/m +- {k / 90:.2g}" in finished[0]
+
+
+@pytest.mark.parametrize(("worse", "status"), [(-50.0, "partial"), (8.0, "tie"), (20.0, "tie"), (30.0, "named")])
+def test_an_error_of_the_sensors_is_named_where_no_force_at_its_order_leaves_nearly_as_little(worse, status):
+    """Beforehand both are as likely; the likelihood is taken to the power 1/4."""
+    one = fitted(RUNOUT, 100.0)
+    given = with_force(odds((RUNOUT, 0.99), (COUPLING, 0.01)), one, 100.0 + worse)
+    ratio = next(e.probability for e in given if e.beyond) / next(e.probability for e in given if e.effects == RUNOUT)
+    assert ratio == pytest.approx(np.exp(-worse / 8)) and sum(e.probability for e in given) == pytest.approx(1.0)
+    assert judged(AllEvidence(search("named", one), given, frozenset(KNOWN))).verdict.status == status
