@@ -1097,8 +1097,9 @@ class DiagnosisRun:
         """The most probable hypothesis, where it is an error of the sensors at an order, and a force's sum of squares.
 
         That is the least one by a force at the same order at any place, constant or growing with the square of the
-        speed; both together would make any motion, also one that is the same at all speeds. None for another one, for the first order, at
-        which a bow is such a force and unbalances are calibrated, and for records of which no place is observed.
+        speed; both together would make any motion, also one that is the same at all speeds. None for another one, for
+        the first order, at which a bow is such a force and unbalances are calibrated, and for records of which no place
+        is observed.
         """
         fitted = [h for h in verdict.fitted if not h.failed]
         best = max(fitted, key=lambda h: (probability_of(h.keys, odds), -h.fit.cost), default=None)
