@@ -1082,14 +1082,12 @@ class DiagnosisRun:
             odds = explanation_odds(self.fitted, base, search, verdict.fitted, excess_of_unsteady)
         except NoAnswerError:
             return ()
-        reading = self._reading(base, verdict, odds)
-        if reading is not None:
-            odds = with_force(odds, *reading)
         tried = {h.keys: h.fit for h in sorted(self.tried, key=lambda h: -h.fit.cost) if not h.failed}
-        if flags or not tried or self.laws is not None:
-            return odds
-        before = self._unfitted(base)
-        return with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
+        if tried and not (flags or self.laws is not None):
+            before = self._unfitted(base)
+            odds = with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
+        reading = self._reading(base, verdict, odds)
+        return odds if reading is None else with_force(odds, *reading)
 
     def _reading(
         self, base: ParameterFit, verdict: SearchVerdict, odds: Sequence[Explanation]
