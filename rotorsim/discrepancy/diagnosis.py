@@ -61,6 +61,7 @@ from rotorsim.discrepancy.discovery import (
     of_remembered,
     own_resonance,
     priced,
+    promise,
     remembered,
     solved,
     stability_of,
@@ -451,6 +452,8 @@ class DiagnosisRun:
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
     """Whether sampled forces have been turned into held ones."""
+    from_file: bool = True
+    """Whether effects are fitted from the machine file's own numbers too, where the calibration is not believed."""
     laws: tuple[ProposedLaw, ...] | None = None
     """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
@@ -715,9 +718,28 @@ class DiagnosisRun:
             return TOO_UNSTEADY.format(law.names)
         if law.remembers:
             return self._of_memory(base, flags, laws, known, notes)
+        # next to a film the linear model adds terms for what the film's own bending makes: laws of one term come first
+        first = [one for one in laws if self.machine.film is not None and len(one.terms) == 1]
+        found = self._fitted_laws(base, flags, apart, seen, notes, (rival, known), first, laws) if first else ""
+        if isinstance(found, Diagnosis):
+            return found
+        return self._fitted_laws(base, flags, apart, seen, notes, (rival, known), laws)
+
+    def _fitted_laws(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
+        notes: list[str], without: tuple[Hypothesis | None, float], laws: Sequence[ProposedLaw],
+        further: Sequence[ProposedLaw] = (),
+    ) -> Diagnosis | str | None:  # fmt: skip
+        """Diagnosis with a law that the plant and other records bear out; as `_discovered` for none.
+
+        `without` has the best effects of the catalogue and the least sum of squares without a law. With laws of
+        `further` terms to come, one has to be believed next to a calibration that is, fitted from there alone, and none
+        of those may promise to be clearly better.
+        """
+        (rival, known), law = without, (further or laws)[0]
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
-            own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
+            own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None, from_file=not further,
                           progress=lambda stage, most=0: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
             own.large, own.far_bearings = self.large, self.far_bearings
@@ -736,11 +758,13 @@ class DiagnosisRun:
             if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
+            if further and (strained(best.fit) or promise(further, seen["fit"], best.fit) >= CLEAR):
+                return ""
             if self._as_error_of_form(proposal, flags, seen["fit"], base, best.fit.cost):
                 return None if self.machine.film is None else OF_FILM
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
-            notes += [*judgement.notes, *exact]
+            notes = [*notes, *judgement.notes, *exact]
             # one floor for the sums of squares with the law and without it
             before = base
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
@@ -1004,7 +1028,8 @@ class DiagnosisRun:
                        nominal=nominal if self.laws is None else None,
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
-        if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal
+        # no damping at all is believed, but may be the work of a seal
+        if self.from_file and strained(base, natural=0.0):
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
             # its sensitivities are of that point already

@@ -700,6 +700,13 @@ def _near_laws(seen: ObservedPlaces, held: ObservedPlaces | None, base: Paramete
     return [*chosen, *(_with_equal(own, seen, held, base) for own in fewer[:1])]
 
 
+def promise(laws: Sequence[ProposedLaw], seen: ObservedPlaces, fit: ParameterFit) -> float:
+    """Largest fall of the priced sum of squares that terms of laws promise next to a fit, by the linear model."""
+    columns = [law.columns(seen) for law in laws]
+    view = _screened(fit, columns)
+    return max(view.drop(i)[0] - PRICE * own.shape[1] for i, own in enumerate(columns))
+
+
 def _moved(
     law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
 ) -> list[ProposedLaw]:  # fmt: skip

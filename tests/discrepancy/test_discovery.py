@@ -35,6 +35,7 @@ from rotorsim.discrepancy.discovery import (
     load,
     named,
     own_resonance,
+    promise,
     propose,
     solved,
     spread_of,
@@ -265,6 +266,17 @@ def test_each_term_of_a_law_next_to_a_film_comes_alone(second, monkeypatch):
     given = two_forces((("disc 0", "dry"), (second, "cubic")), (20, 15), monkeypatch)
     names = [law.names for law in laws_of(*given, film=True)]
     assert {"dry of disc 0", f"cubic of {second}"} < set(names) and len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("hidden", [15, 0])
+def test_a_further_term_promises_what_a_fit_without_it_leaves(hidden, monkeypatch):
+    given = two_forces((("disc 0", "dry"), ("disc 0", "cubic")), (20, hidden), monkeypatch)
+    (seen, _, base), terms = given, [LawTerm(TERMS[name]) for name in ("dry", "cubic")]
+    one, both = (solved(*given, "disc 0", terms[:count]) for count in (1, 2))
+    left = seen.residual - seen.J @ one.moved - one.columns(seen) @ one.coefficients
+    own = tuple(FitParameter(key, 1.0) for key in terms[0].parameters)
+    fit = replace(base, parameters=(*base.parameters, *own), J=np.hstack([seen.J, one.columns(seen)]), residual=left)
+    assert promise([both], seen, fit) == pytest.approx(one.cost - both.cost - 9.0 * len(both.coefficients), abs=1.0)
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 1"),
