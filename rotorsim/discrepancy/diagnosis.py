@@ -161,8 +161,8 @@ from rotorsim.discrepancy.verdict import (
     judge,
     one_of_each_class,
     probability_of,
-    with_force,
     with_more,
+    with_other,
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -243,6 +243,8 @@ NO_PEACE = (
 """Note on records that agree line by line alone."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
+OTHER_FORCE = Explanation((), True, 0.0, 0.0, True)
+"""Explanation by a force that is not in the catalogue."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -1112,17 +1114,18 @@ class DiagnosisRun:
             before = self._unfitted(base)
             odds = with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
         reading = self._reading(base, verdict, odds)
-        return odds if reading is None else with_force(odds, *reading)
+        return odds if reading is None else with_other(odds, reading[0], OTHER_FORCE, reading[1])
 
     def _reading(
         self, base: ParameterFit, verdict: SearchVerdict, odds: Sequence[Explanation]
-    ) -> tuple[Hypothesis, float] | None:
-        """The most probable hypothesis, where it is an error of the sensors at an order, and a force's sum of squares.
+    ) -> tuple[tuple[str, ...], float] | None:
+        """The most probable hypothesis, where it is an error of the sensors at an order, and the fall by a force.
 
-        That is the least one by a force at the same order at any place, constant or growing with the square of the
-        speed; both together would make any motion, also one that is the same at all speeds. None for another one, for
-        the first order, at which a bow is such a force and unbalances are calibrated, and for records of which no place
-        is observed.
+        That is from its sum of squares to that of a force at this order at any place, constant or growing with the
+        square of the speed, of which a catalogue does not have all. Where the receptance changes as little with the
+        speed as a reading does, the records do not choose between them; a force that grows in any other way would make
+        every motion. None for another one, for the first order, at which a bow is such a force and unbalances are
+        calibrated, and for records of which no place is observed.
         """
         fitted = [h for h in verdict.fitted if not h.failed]
         best = max(fitted, key=lambda h: (probability_of(h.keys, odds), -h.fit.cost), default=None)
@@ -1131,11 +1134,15 @@ class DiagnosisRun:
         taken = {n: sum(f.chi2 for f in table(self.fitted, base.residual - best.fit.residual) if f.group == f"{n}X")
                  for n in HARMONICS}  # fmt: skip
         n = max(taken, key=lambda order: taken[order])
-        if taken[n] < CLEAR or not all(t.periodic or t.turning for t in self.fitted.trials):
+        if taken[n] < CLEAR or any(t.orders or not (t.periodic or t.turning) for t in self.fitted.trials):
             return None
-        seen = self._seen(self.fitted, base)
-        laws = (solved(seen, None, base, place, [LawTerm(term)]) for place in seen.motions for term in order_forces(n))
-        return best, min(law.cost for law in laws)
+        forces = [LawTerm(term) for term in order_forces(n)]
+        try:
+            seen = self._seen(self.fitted, base)
+            costs = [solved(seen, None, base, place, [one]).cost for place in seen.motions for one in forces]
+        except NoAnswerError:
+            return None
+        return best.keys, best.fit.cost - min(costs)
 
     def _planner(
         self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, odds: tuple[Explanation, ...]

@@ -477,18 +477,15 @@ def with_more(
     return tuple(sorted(own, key=lambda e: (-e.probability, e.name)))
 
 
-def with_force(odds: Sequence[Explanation], reading: Hypothesis, cost: float) -> tuple[Explanation, ...]:
-    """Odds in which a force that is not in the catalogue stands next to an error of the sensors.
+def with_other(
+    odds: Sequence[Explanation], keys: tuple[str, ...], other: Explanation, fall: float
+) -> tuple[Explanation, ...]:
+    """Odds in which another explanation stands, beforehand as likely as that with these keys.
 
-    It acts at the order of that `reading` and leaves a sum of squares `cost`. Beforehand both are as likely: where the
-    motion by a force happens to change as little with the speed as a reading, the records alone do not choose.
+    `fall` is that of the sum of squares from the known explanation to the other one.
     """
-    gain = min((reading.fit.cost - cost) / (2 * TEMPERATURE), 500.0)
-    p = probability_of(reading.keys, odds) * float(np.exp(gain))
-    own = [(e, e.probability + (p if e.beyond and not e.effects else 0.0)) for e in odds]
-    whole = sum(share for _, share in own)
-    found = (replace(e, probability=share / whole) for e, share in own)
-    return tuple(sorted(found, key=lambda e: (-e.probability, e.name)))
+    p = probability_of(keys, odds) * float(np.exp(np.clip(fall / (2 * TEMPERATURE), -500.0, 500.0)))
+    return tuple(replace(e, probability=e.probability / (1 + p)) for e in (*odds, replace(other, probability=p)))
 
 
 def entropy(p: np.ndarray) -> np.ndarray:
