@@ -1131,10 +1131,12 @@ class DiagnosisRun:
         best = max(fitted, key=lambda h: (probability_of(h.keys, odds), -h.fit.cost), default=None)
         if best is None or self.laws is not None or not any(REGISTRY[f.effect].port == "sensor" for f in best.forms):
             return None
-        taken = {n: sum(f.chi2 for f in table(self.fitted, base.residual - best.fit.residual) if f.group == f"{n}X")
-                 for n in HARMONICS}  # fmt: skip
-        n = max(taken, key=lambda order: taken[order])
-        if taken[n] < CLEAR or any(t.orders or not (t.periodic or t.turning) for t in self.fitted.trials):
+        taken = dict[str, float]()
+        for f in table(self.fitted, base.residual - best.fit.residual):
+            taken[f.group] = taken.get(f.group, 0.0) + f.chi2
+        order = max(taken, key=lambda group: taken[group])
+        n = next((n for n in HARMONICS if order == f"{n}X"), 0)
+        if not n or any(t.orders or not (t.periodic or t.turning) for t in self.fitted.trials):
             return None
         forces = [LawTerm(term) for term in order_forces(n)]
         try:
