@@ -620,7 +620,10 @@ class DiagnosisRun:
             return None
         self.progress("discover")
         rivals = [h for h in judgement.verdict.fitted if not h.failed]
+        answered = status == "tie" or (self.machine.film is not None and not unanswered)
         try:
+            if answered and not self._law_promises(base, rivals):
+                return None
             base = self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
@@ -651,6 +654,15 @@ class DiagnosisRun:
         self.unexplained_places = None
         given = self._result(base, flags, nothing, None, notes)
         return replace(given, status="stochastic", stochastic=other.found[0])
+
+    def _law_promises(self, base: ParameterFit, rivals: Sequence[Hypothesis]) -> bool:
+        """Whether a law next to a calibration as it stands promises half of what makes it clearly better than rivals.
+
+        None of them has converged, which makes the law look better than it is.
+        """
+        seen = ObservedPlaces.of(self.fitted, base, base.residual, base.J)
+        law = laws_of(seen, None, base, self.machine.film is not None)[0]
+        return min([base.cost, *map(priced, rivals)]) - law.priced >= CLEAR / 2
 
     def _with_shear(self, fit: ParameterFit, wanted: float = np.inf) -> ParameterFit:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.

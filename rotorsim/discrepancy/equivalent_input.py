@@ -32,17 +32,19 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from rotorsim.base.errors import NoAnswerError
+from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, prior_rows, step_of
 from rotorsim.discrepancy.machine_file import pins_along
+from rotorsim.effects import REGISTRY
 
 GAIN, DELAY = "actuator_gain", "actuator_delay"
 """Effects whose sensitivities are those to the input of an injector; without the second one the plant is linear."""
-STEP, LATER = 0.02, 5e-5
-"""Relative step of a gain, and step of a delay [s], in finite differences."""
+STEP = 0.02
+"""Relative step of an input's error in finite differences."""
 BANDS = 8
 """Bands of frequency in which an input has one error."""
 SHOWN = 0.02
@@ -53,6 +55,8 @@ MOST_ROUNDS, ENDED = 5, 1.0
 """Most rounds of the solution, and the fall of the sum of squares below which it has ended."""
 SHARES = 0.5 ** np.arange(5)
 """Shares of a step [1] that are tried until the sum of squares falls."""
+PROMISED = 0.5
+"""Share of what shown inputs take that the tangent has to foretell, for the plant to solve for them."""
 TAKEN, OF_ALL = 0.9, 0.25
 """Least shares [1] of the misfit beyond the noise, and of the whole sum of squares, that shown inputs take."""
 EARLY = 2.0
@@ -142,13 +146,18 @@ def _of_all(
     comparison: TwinComparison, base: ParameterFit, axes: Sources, alone: Sources, best: ParameterPoint | None
 ) -> tuple[EquivalentInput, ...]:
     """Equivalent inputs of all pins of an axis, and of single ones; each has a calibration of its own."""
+    if _share_taken(base, 0.0, 0) <= 0:
+        return ()
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
+    near = _columns(comparison, start, {k for _, own in alone for k in own})
     found, begins = list[EquivalentInput](), [(start, dict[int, Pair]()), (base, dict[int, Pair]())]
     for sources in (axes, alone):
         for begin, columns in begins if sources else ():
-            fit, solution = _solved(comparison, begin, sources, columns)
-            if _take_most(solution, base):
+            if _share_taken(base, *_foretold(comparison, begin, sources, columns or near)) < PROMISED:
+                continue
+            fit, solution = _solved(comparison, begin, sources, columns, near)
+            if _share_taken(base, solution.cost, len(solution.errors)) >= 1:
                 found += _read(comparison, fit, sources, solution, best)
                 break
     return tuple(found)
@@ -172,76 +181,118 @@ class InputErrors:
     wider: float
 
 
-def _take_most(found: InputErrors, base: ParameterFit) -> bool:
-    """Whether inputs take most of what a calibration leaves beyond the noise, besides what their number takes from it.
+def _share_taken(base: ParameterFit, cost: float, count: int) -> float:
+    """Share of what shown inputs take, 1 or more for most of what a calibration leaves beyond the noise.
 
-    A floor may be higher than the noise, so that inputs have to take a share of the whole sum too.
+    `cost` is left with so many numbers of theirs, besides what that number takes from it. A floor may be higher than
+    the noise, so that inputs have to take a share of the whole sum too; 0 without a misfit.
     """
     excess = base.cost - len(base.residual)
-    return excess > 0 and base.cost - found.cost - len(found.errors) >= max(TAKEN * excess, OF_ALL * base.cost)
+    return max(base.cost - cost - count, 0.0) / max(TAKEN * excess, OF_ALL * base.cost) if excess > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class InputTangent:
+    """Columns J (n, k) of a calibration and of its inputs' errors, each with its `parameters`; see InputErrors."""
+
+    parameters: tuple[FitParameter, ...]
+    J: np.ndarray
+    columns: list[np.ndarray]
+    turned: list[np.ndarray]
+    band: np.ndarray
+    middles: np.ndarray
+
+    @classmethod
+    def of(
+        cls, comparison: TwinComparison, base: ParameterFit, sources: Sources, columns: dict[int, Pair]
+    ) -> InputTangent:
+        """Those of a calibration, and of sources by the columns of single pins."""
+        S, turned = zip(*(np.sum([columns[k] for k in own], axis=0) for _, own in sources), strict=True)
+        f = comparison.layout.frequency
+        limits, middles = _bands(f, np.sum(np.square(S), axis=0))
+        band = np.digitize(f, limits) - 1
+        parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
+                 for part in pair]  # fmt: skip
+        errors = (FitParameter(f"input.{i}", STEP, ERROR) for i in range(len(parts)))
+        return cls((*base.parameters, *errors), np.column_stack([base.J, *parts]), [*S], [*turned], band, middles)
+
+    def change(self, residual: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Step (k,) of Gauss and Newton from the values v, within the parameters' limits."""
+        return within(self.parameters, v + step_of(self.J, residual, v, prior_rows(self.parameters), 0.0)) - v
+
+
+def _foretold(
+    comparison: TwinComparison, base: ParameterFit, sources: Sources, columns: dict[int, Pair]
+) -> tuple[float, int]:
+    """Sum of squares with priors that the tangent foretells from a calibration on, and the number of inputs' errors."""
+    tangent = InputTangent.of(comparison, base, sources, columns)
+    v = np.append(base.vector, np.zeros(len(tangent.parameters) - len(base.parameters)))
+    change = tangent.change(base.residual, v)
+    left = base.residual - tangent.J @ change
+    return cost_of(left, v + change, prior_rows(tangent.parameters)), len(v) - len(base.parameters)
 
 
 def _solved(
     comparison: TwinComparison, base: ParameterFit, sources: Sources,
-    columns: dict[int, Pair],
+    columns: dict[int, Pair], near: dict[int, Pair],
 ) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
     """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
 
     The plant has the calibration; the errors stay linear. A step is halved until the sum of squares falls, and the
-    solution ends where no share of it does. `columns` are those of single pins, found where there are none, and once
-    more after the first step.
+    solution ends where no share of it does. `columns` are those of single pins; where there are none the first step is
+    by those `near`, of the machine file, and they are found after it.
     """
-    n, f = len(base.parameters), comparison.layout.frequency
-    parameters = (*base.parameters, *(FitParameter(f"input.{i}", STEP, ERROR) for i in range(2 * BANDS * len(sources))))
-    p, e = prior_rows(parameters), np.zeros(len(parameters) - n)
-    fresh = not columns
+    n, errors = len(base.parameters), np.zeros(2 * BANDS * len(sources))
+    tangent = InputTangent.of(comparison, base, sources, columns or near)
     for number in range(MOST_ROUNDS):
-        if number == 0 or (fresh and number == 1):
-            if fresh:
-                columns |= _columns(comparison, base, {k for _, own in sources for k in own})
-            S, turned = zip(*(np.sum([columns[k] for k in own], axis=0) for _, own in sources), strict=True)
-            limits, middles = _bands(f, np.sum(np.square(S), axis=0))
-            band = np.digitize(f, limits) - 1
-            parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
-                     for part in pair]  # fmt: skip
-            J = np.column_stack([base.J, *parts])
-        r, v = base.residual - J[:, n:] @ e, np.r_[base.vector, e]
-        cost = cost_of(r, v, p)
-        change = within(parameters, v + step_of(J, r, v, p, 0.0)) - v
+        if number and not columns:
+            columns |= _columns(comparison, base, {k for _, own in sources for k in own})
+            tangent = InputTangent.of(comparison, base, sources, columns)
+        p, J = prior_rows(tangent.parameters), tangent.J
+        r, v = base.residual - J[:, n:] @ errors, np.r_[base.vector, errors]
+        cost, change = cost_of(r, v, p), tangent.change(r, v)
         for share in SHARES:
-            point, errors = base.point.moved(base.parameters, share * change[:n]), e + share * change[n:]
+            point, there = base.point.moved(base.parameters, share * change[:n]), errors + share * change[n:]
             new = comparison.residual(point)
-            left = new - J[:, n:] @ errors
-            if (found := cost_of(left, v + share * change, p)) < cost:
-                base, r, e = replace(base, point=point, residual=new), left, errors
+            if (found := cost_of(new - J[:, n:] @ there, v + share * change, p)) < cost:
+                base, errors = replace(base, point=point, residual=new), there
                 break
         else:
-            break
+            if columns:
+                break
+            continue
         if number and cost - found < ENDED:
             break
-    whole = replace(base, parameters=parameters, J=J, residual=r, cost=cost_of(r, np.r_[base.vector, e], p))
-    V = covariance(whole, comparison.layout.record)[n:, n:]
-    return base, InputErrors(e, V, [*S], [*turned], band, middles, whole.cost, max(1.0, whole.chi2 / len(r)))
+    left = base.residual - tangent.J[:, n:] @ errors
+    cost = cost_of(left, np.r_[base.vector, errors], prior_rows(tangent.parameters))
+    whole = replace(base, parameters=tangent.parameters, J=tangent.J, residual=left, cost=cost)
+    V, wider = covariance(whole, comparison.layout.record)[n:, n:], max(1.0, whole.chi2 / len(left))
+    return base, InputErrors(errors, V, tangent.columns, tangent.turned, tangent.band, tangent.middles, cost, wider)
 
 
 def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, Pair]:
     """Whitened changes (n,) with the real and with the imaginary part of each pin's error, at a calibration.
 
-    A delay is interpolated between samples, so that its column is that of a difference of two.
+    At the machine file they are those of the screening. A delay is interpolated between samples, so that its column is
+    that of a difference of two.
     """
-    here, slots = comparison.predict(base.point), comparison.twin.slots
+    here = comparison.predict(base.point)
 
-    def column(effect: str, number: str, step: float, k: int) -> np.ndarray:
-        held = base.point.holding({f"{effect}.{slots[effect]}.injector": float(k)})
-        return comparison.column(held, FitParameter(f"{effect}.{slots[effect]}.{number}", step), here)
+    def column(effect: str, number: str, k: int) -> np.ndarray:
+        table, (low, high) = comparison.twin.slots[effect], quantities(REGISTRY[effect])[number].bounds
+        own = FitParameter(f"{effect}.{table}.{number}", REGISTRY[effect].forms[0].step, low=low, high=high)
+        held = base.point.holding({f"{effect}.{table}.injector": float(k)})
+        at_file = held.values == {}
+        return np.asarray(comparison.stored.columns(held, [own])[:, 0] / comparison.sigma if at_file
+                          else comparison.column(held, own, here))  # fmt: skip
 
     def later(f: np.ndarray) -> np.ndarray:
         return np.asarray(1j * RIG_SAMPLE / np.expm1(-2j * np.pi * f * RIG_SAMPLE))
 
     found = {}
     for k in pins:
-        S = column(GAIN, "error", STEP, k)
-        late = column(DELAY, "delay", LATER, k) if DELAY in slots else None
+        S = column(GAIN, "error", k)
+        late = column(DELAY, "delay", k) if DELAY in comparison.twin.slots else None
         found[k] = S, _times(comparison, S, lambda f: 1j) if late is None else _times(comparison, late, later)
     return found
 
