@@ -39,12 +39,14 @@ def twin(rig):
 def read(rig, twin):
     """Return the reader of the equivalent inputs of records with a number of the plant moved."""
 
-    def found(effect, **numbers):
+    def found(effect, amplitude=SMALL, **numbers):
         held = {f"{effect}.0.injector": 0.0} if effect in INPUTS else {}
         point = ParameterPoint(
             {FitParameter(f"{effect}.0.{key}", value): value for key, value in numbers.items()}, held
         )
-        plan = [replace(p, experiment=replace(p.experiment, amplitude=SMALL)) for p in campaign(rig) if p.name in NAMES]
+        plan = [
+            replace(p, experiment=replace(p.experiment, amplitude=amplitude)) for p in campaign(rig) if p.name in NAMES
+        ]
         records = [record_of(twin, p, point, 5, tiled=True) for p in plan]
         for i, record in enumerate(records):
             noise = np.random.default_rng([5, i]).normal(0, 1e-7, record.disc_measured.shape)
@@ -69,6 +71,14 @@ def test_the_time_by_which_all_references_are_late_is_read_from_both_axes(read):
         assert abs(one.error) < 3 * one.error_sd
         # the law of what was found, through the plant, lies on the readings
         assert np.abs(np.angle(one.law) - one.phase) == pytest.approx(0, abs=0.1)
+
+
+@pytest.mark.slow
+def test_the_time_is_read_where_the_film_bends_with_the_motion_too(read):
+    """At 1 V: by the answer to a larger reference, turned by a quarter, the time along x is 0.227 +- 0.025 ms."""
+    inputs = read("actuator_delay", amplitude=1.0, delay=3e-4)
+    for pins in ((2, 4), (1, 3)):
+        assert inputs[pins].late == pytest.approx(3e-4, abs=2 * inputs[pins].late_sd)
 
 
 @pytest.mark.slow
