@@ -29,7 +29,7 @@ from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.candidates import Form, screen
 from rotorsim.discrepancy.comparison import LOST, TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.hypotheses import FINALISTS
+from rotorsim.discrepancy.hypotheses import CLEAR, FINALISTS
 from rotorsim.discrepancy.law_terms import linear_model, lines_of_series
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import PRESSURE, Twin
@@ -156,11 +156,14 @@ class LinearColumns:
 def not_sure(
     base: ParameterFit, forms: Sequence[Form], columns: Mapping[str, np.ndarray], linear: Collection[str]
 ) -> list[Form]:
-    """Forms with `linear` columns that may be among the `FINALISTS` by their whitened `columns`, and those that a
-    calibration `base` imitates so far that their error is most of what is left."""
+    """Forms with `linear` columns that may be among the `FINALISTS` by their whitened `columns`, and half of a name.
+
+    Those too that a calibration `base` imitates so far that what is left of them may be half as large again by their
+    error.
+    """
     view = screen(base, forms, [columns[f.label] for f in forms])
     drops = np.array([view.drop(i)[0] for i in range(len(forms))])
-    cut, found = np.sort(drops)[-min(FINALISTS, len(drops)) :][:1].sum(), list[Form]()
+    cut, found = max([CLEAR / 2, *np.sort(drops)[-FINALISTS:][:1]]), list[Form]()
     for i, form in enumerate(forms):
         wrong = ERROR / max(view.survives(i), ERROR)
         if form.label in linear and (wrong > MOST_WRONG or drops[i] * (1 + wrong) ** 2 >= cut):

@@ -51,15 +51,22 @@ def test_linear_films_are_not_for_machines_without_one_nor_for_records_that_do_n
         assert LinearColumns.of(other) is None
 
 
-@pytest.mark.parametrize(("size", "imitated", "doubtful"), [(3.0, 0.0, False), (4.9, 0.0, True), (1.0, 0.99, True)])
+@pytest.mark.parametrize(("size", "imitated", "doubtful"), [(10.0, 0.0, False), (19.0, 0.0, True), (1.0, 0.99, True)])
 def test_a_form_is_not_sure_near_the_cut_nor_where_the_calibration_imitates_it(size, imitated, doubtful):
-    """Responses of unit length, of which the residual has these sizes: ten forms of 5, and one that is in question."""
+    """Responses of unit length, of which the residual has these sizes: ten forms of 20, and one that is in question."""
     count = FINALISTS + 1
     forms = [Form("a", f"a.{i}", (FitParameter(f"a.0.{i}", 1.0),)) for i in range(count)]
     e = np.eye(count + 1)
     own = imitated * e[:, count] + np.sqrt(1 - imitated**2) * e[:, 0]
     columns = {f.label: (own if i == 0 else e[:, i])[:, None] for i, f in enumerate(forms)}
-    residual = np.array([size, *[5.0] * FINALISTS, 0.0])
+    residual = np.array([size, *[20.0] * FINALISTS, 0.0])
     base = ParameterFit((FitParameter("c", 1.0),), ParameterPoint(), residual, e[:, [count]], 0.0)
     assert not_sure(base, forms, columns, {"a.0"}) == ([forms[0]] if doubtful else [])
     assert not_sure(base, forms, columns, set()) == []
+
+
+@pytest.mark.parametrize(("size", "doubtful"), [(4.0, False), (8.0, True)])
+def test_a_form_that_cannot_be_named_is_sure_wherever_it_ranks(size, doubtful):
+    form, e = Form("a", "a.0", (FitParameter("a.0.x", 1.0),)), np.eye(2)
+    base = ParameterFit((FitParameter("c", 1.0),), ParameterPoint(), size * e[0], e[:, 1:], 0.0)
+    assert not_sure(base, [form], {"a.0": e[:, :1]}, {"a.0"}) == ([form] if doubtful else [])
