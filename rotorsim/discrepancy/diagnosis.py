@@ -113,6 +113,7 @@ from rotorsim.discrepancy.judge import (
     worse_than,
 )
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, order_forces, probe_answers
+from rotorsim.discrepancy.linear_columns import LinearColumns, not_sure
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import (
     SAMPLED,
@@ -1027,13 +1028,23 @@ class DiagnosisRun:
         usable: list[Form] = []
         origin, store = ParameterPoint(), self.fitted.stored
         step = self._steps("screen", sum(1 + len(form.parameters) for form in self.forms))
+        astray = strained(base, natural=0.0)  # no damping at all is believed, but may be the work of a seal
+        films = None if astray or self.laws is not None else LinearColumns.of(store.rough)
+        linear = set[str]()
         for form in self.forms:
             step()
-            own = store.columns(origin.holding(form.fixed), form.parameters, step)
+            own = None if films is None else films.columns(form)
+            linear |= set() if own is None else {form.label}
+            own = store.columns(origin.holding(form.fixed), form.parameters, step) if own is None else own
             if form.has_response(own):
                 usable.append(form)
                 raw[form.label] = own / self.fitted.sigma[:, None]
         nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])
+        while doubtful := not_sure(nominal, usable, raw, linear):
+            for form in doubtful:
+                own = store.columns(origin.holding(form.fixed), form.parameters, step)
+                raw[form.label] = own / self.fitted.sigma[:, None]
+                linear.discard(form.label)
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         found = EffectSearch(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
@@ -1042,8 +1053,7 @@ class DiagnosisRun:
                        nominal=nominal if self.laws is None else None,
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
-        # no damping at all is believed, but may be the work of a seal
-        if self.from_file and strained(base, natural=0.0):
+        if self.from_file and astray:
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
             # its sensitivities are of that point already

@@ -326,16 +326,16 @@ def complex_lines(comparison: TwinComparison, i: int, vector: np.ndarray) -> np.
 
 def probe_answers(twin: Twin, point: ParameterPoint, trial: Trial, order: int) -> np.ndarray:
     """Largest vibration of a trial's probes (places,) [m/N] by a force at an order, at each of `law_places`."""
-    plant, mesh, seen = _linear_model(twin, point, trial)
+    plant, mesh, seen = linear_model(twin, point, trial)
     moved = seen @ answer(np.linalg.inv, plant.dynamic_stiffness(1j * order * abs(trial.speed)))
     shapes = [mesh.shape_between(z) for z in law_places(twin.machine).values()]
     return np.array([np.linalg.norm(moved @ shape.T, 2) for shape in shapes])
 
 
-def _linear_model(twin: Twin, point: ParameterPoint, trial: Trial) -> tuple[LinearPlant, Mesh, np.ndarray]:
+def linear_model(twin: Twin, point: ParameterPoint, trial: Trial) -> tuple[LinearPlant, Mesh, np.ndarray]:
     """Plant about its equilibrium in a trial, its mesh, and what the channels see of its coordinates (2, m)."""
     values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
-    a = twin.set(values)
+    a = twin.lean(values).set(values)
     plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
     ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
     seen = np.zeros((2, len(plant.rotor.stiffness)))
@@ -348,9 +348,9 @@ def _motions(
 ) -> dict[str, PlaceMotion]:
     """Motions at places in a trial whose clear residual lines (2, lines) [m] come from a force there."""
     twin = comparison.twin
-    plant, mesh, seen = _linear_model(twin, point, trial)
+    plant, mesh, seen = linear_model(twin, point, trial)
     omega = 2 * np.pi * trial.frequencies
-    Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
+    Z = answer(np.linalg.inv, plant.factor(1j * omega).stiffness)
     n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
     t = np.arange(n) / n * trial.length * RIG_SAMPLE
     found, films = {}, clearances(twin.machine)
