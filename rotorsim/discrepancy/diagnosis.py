@@ -61,7 +61,7 @@ from rotorsim.discrepancy.discovery import (
     of_remembered,
     own_resonance,
     priced,
-    promise,
+    promised_fall,
     remembered,
     solved,
     stability_of,
@@ -773,7 +773,7 @@ class DiagnosisRun:
             if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
-            if further and (strained(best.fit) or promise(further, seen["fit"], best.fit) >= CLEAR):
+            if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
                 return ""
             if self._as_error_of_form(proposal, flags, seen["fit"], base, best.fit.cost):
                 return None if self.machine.film is None else OF_FILM

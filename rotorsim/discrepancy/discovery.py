@@ -700,7 +700,7 @@ def _near_laws(seen: ObservedPlaces, held: ObservedPlaces | None, base: Paramete
     return [*chosen, *(_with_equal(own, seen, held, base) for own in fewer[:1])]
 
 
-def promise(laws: Sequence[ProposedLaw], seen: ObservedPlaces, fit: ParameterFit) -> float:
+def promised_fall(laws: Sequence[ProposedLaw], seen: ObservedPlaces, fit: ParameterFit) -> float:
     """Largest fall of the priced sum of squares that terms of laws promise next to a fit, by the linear model."""
     columns = [law.columns(seen) for law in laws]
     view = _screened(fit, columns)

@@ -35,7 +35,7 @@ from rotorsim.discrepancy.discovery import (
     load,
     named,
     own_resonance,
-    promise,
+    promised_fall,
     propose,
     solved,
     spread_of,
@@ -276,7 +276,9 @@ def test_a_further_term_promises_what_a_fit_without_it_leaves(hidden, monkeypatc
     left = seen.residual - seen.J @ one.moved - one.columns(seen) @ one.coefficients
     own = tuple(FitParameter(key, 1.0) for key in terms[0].parameters)
     fit = replace(base, parameters=(*base.parameters, *own), J=np.hstack([seen.J, one.columns(seen)]), residual=left)
-    assert promise([both], seen, fit) == pytest.approx(one.cost - both.cost - 9.0 * len(both.coefficients), abs=1.0)
+    assert promised_fall([both], seen, fit) == pytest.approx(
+        one.cost - both.cost - 9.0 * len(both.coefficients), abs=1.0
+    )
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 1"),
