@@ -410,11 +410,22 @@ class Stages:
         self.printed = self.begin
 
     def show(self, stage: str, most: int = 0) -> None:
-        """Note one step of a stage, with the most steps that it takes where they are known."""
+        """Note one step of a stage, with the most steps that it takes where they are known, or print a sentence.
+
+        A step of an earlier stage counts as one of the present stage: their numbers rise.
+        """
+        if stage not in STAGES:
+            end_line()
+            print(f"note: {stage}", file=sys.stderr, flush=True)
+            return
+        order = list(STAGES)
+        anew = stage in order[:2] and self.stage in order[order.index("show") :]  # another diagnosis of a loop
+        if self.stage and not anew:
+            stage = max(stage, self.stage, key=order.index)
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         now = time.monotonic()
-        elapsed, number = now - self.begin, list(STAGES).index(stage) + 1
+        elapsed, number = now - self.begin, order.index(stage) + 1
         text = f"{STAGES[stage]} ({number} of {len(STAGES)})"
         limit = f" of at most {most}" if most else ""
         if not on_terminal():

@@ -47,6 +47,7 @@ from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     OF_FILM,
     PRICE,
+    LawTerm,
     ProposedLaw,
     after_choice,
     beyond_film,
@@ -58,6 +59,7 @@ from rotorsim.discrepancy.discovery import (
     not_excluded,
     own_resonance,
     priced,
+    promised_fall,
     solved,
     stability_of,
     with_rival,
@@ -94,6 +96,7 @@ from rotorsim.discrepancy.gap import (
 from rotorsim.discrepancy.hidden_mass import SolvedLaw, borne_out, by_linear_model, going_with, in_plant, stated
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
+    HARMONICS,
     AllEvidence,
     Judgement,
     accuracy_notes,
@@ -107,7 +110,8 @@ from rotorsim.discrepancy.judge import (
     withdrawn,
     worse_than,
 )
-from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, probe_answers
+from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places, order_forces, probe_answers
+from rotorsim.discrepancy.linear_columns import LinearColumns, not_sure
 from rotorsim.discrepancy.machine_file import CLOCK, IdentifiedEffect, far_off
 from rotorsim.discrepancy.mistakes import (
     SAMPLED,
@@ -128,6 +132,7 @@ from rotorsim.discrepancy.records import (
     open_records,
     plane_notes,
     record_notes,
+    reference_notes,
     unexplained,
 )
 from rotorsim.discrepancy.result import (
@@ -156,6 +161,7 @@ from rotorsim.discrepancy.verdict import (
     one_of_each_class,
     probability_of,
     with_more,
+    with_other,
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -241,6 +247,8 @@ NO_PEACE = (
 """Note on records that agree line by line alone."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
+OTHER_FORCE = Explanation((), True, 0.0, 0.0, True)
+"""Explanation by a force that is not in the catalogue."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
 """Note on a search without finite numbers."""
 
@@ -279,7 +287,8 @@ def diagnose(
     tolerance : float
         Declared tolerance of the model, as a share of every line.
     progress : function of a stage's name and the most steps that it takes
-        Called with each step of the work; the number is 0 where it is not known.
+        Called with each step of the work; the number is 0 where it is not known. Before the work begins, called with
+        each sentence on the records that may make it useless.
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
@@ -306,14 +315,18 @@ def diagnose(
     cache = None if resume is None else Cache(Path(resume))
     parts = {role: with_tables(open_records(given or (), mapping)) for role, given in
              (("fit", records), ("held_out", held_out), ("untouched", untouched))}  # fmt: skip
+    every = [one for part in parts.values() for one in part]
+    unknown = reference_notes(machine, every)
+    for note in unknown:
+        progress(note)
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
         trials = [replace(t, alone=False) if isinstance(t, RunupTrial) else t for t in trials]
     found = diagnose_trials(machine, trials, effects, tolerance, progress, models, threads, cache, allow)
-    every = [one for part in parts.values() for one in part]
     tables = [(name, record) for name, record in every if is_table(record)]
-    return replace(found, notes=(*record_notes(every), *plane_notes(machine, every), *rate_notes(tables), *found.notes))
+    notes = *unknown, *record_notes(every), *plane_notes(machine, every), *rate_notes(tables), *found.notes
+    return replace(found, notes=notes)
 
 
 def trials_of(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]], role: str | None) -> list[Trial]:
@@ -440,6 +453,8 @@ class DiagnosisRun:
     """Sizes from which the records would have shown candidates."""
     force_held: bool = False
     """Whether sampled forces have been turned into held ones."""
+    from_file: bool = True
+    """Whether effects are fitted from the machine file's own numbers too, where the calibration is not believed."""
     laws: tuple[ProposedLaw, ...] | None = None
     """Laws that the candidates are, where they come from the records and not from the catalogue."""
 
@@ -551,7 +566,7 @@ class DiagnosisRun:
     def _converged(self, base: ParameterFit) -> tuple[ParameterFit, np.ndarray]:
         """A calibration without an effect as it is reported, and its covariance (k, k); found once for each."""
         if self.converged is None or self.converged[0] is not base:
-            self.converged = base, *self._measured(base, self.fitted, base)
+            self.converged = base, *self._measured(base, self.fitted, base, "calibrate")
         return self.converged[1:]
 
     def _notes_on_records(self) -> list[str]:
@@ -605,8 +620,13 @@ class DiagnosisRun:
             return None
         self.progress("discover")
         rivals = [h for h in judgement.verdict.fitted if not h.failed]
+        answered = named or status == "tie" or (self.machine.film is not None and not unanswered)
         try:
-            best, rough, base = judgement.verdict.best, base, self._with_shear(base)
+            best = judgement.verdict.best
+            doubtful = faint and best is not None and self.machine.film is None
+            if answered and not (doubtful or self._law_promises(base, rivals)):
+                return None
+            rough, base = base, self._with_shear(base)
             seen = {role: self._seen(part, base) for role, part in self.parts.items() if role != "untouched"}
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             other = NotRepeated(base, seen["fit"])
@@ -615,13 +635,12 @@ class DiagnosisRun:
                 found = self._with_hysteresis(base, flags, seen, own) or found
             if isinstance(found, Diagnosis):
                 return found
-            if not (named and flags):
-                notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
+            notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
             self.unexplained_places = (seen["fit"], base) if unanswered and flags else None
             found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
                 return self._without_name(base, flags, judgement, notes)
-            if faint and best is not None and self._needless(best, rough, base):
+            if doubtful and best is not None and self._needless(best, rough, base):
                 return self._without_name(base, flags, judgement, notes, NEEDLESS)
             if named or status == "tie" or (faint and status != "no_disagreement"):
                 return None
@@ -641,6 +660,15 @@ class DiagnosisRun:
         self.unexplained_places = None
         given = self._result(base, flags, nothing, None, notes)
         return replace(given, status="stochastic", stochastic=other.found[0])
+
+    def _law_promises(self, base: ParameterFit, rivals: Sequence[Hypothesis]) -> bool:
+        """Whether a law next to a calibration as it stands promises half of what makes it clearly better than rivals.
+
+        None of them has converged, which makes the law look better than it is.
+        """
+        seen = ObservedPlaces.of(self.fitted, base, base.residual, base.J)
+        law = laws_of(seen, None, base, self.machine.film is not None)[0]
+        return min([base.cost, *map(priced, rivals)]) - law.priced >= CLEAR / 2
 
     def _with_shear(self, fit: ParameterFit, wanted: float = np.inf) -> ParameterFit:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
@@ -719,9 +747,28 @@ class DiagnosisRun:
             return TOO_UNSTEADY.format(law.names)
         if law.remembers:
             return self._of_memory(base, flags, laws, known, notes)
+        # next to a film the linear model adds terms for what the film's own bending makes: laws of one term come first
+        first = [one for one in laws if self.machine.film is not None and len(one.terms) == 1]
+        found = self._fitted_laws(base, flags, apart, seen, notes, (rival, known), first, laws) if first else ""
+        if isinstance(found, Diagnosis):
+            return found
+        return self._fitted_laws(base, flags, apart, seen, notes, (rival, known), laws)
+
+    def _fitted_laws(
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
+        notes: list[str], without: tuple[Hypothesis | None, float], laws: Sequence[ProposedLaw],
+        further: Sequence[ProposedLaw] = (),
+    ) -> Diagnosis | str | None:  # fmt: skip
+        """Diagnosis with a law that the plant and other records bear out; as `_discovered` for none.
+
+        `without` has the best effects of the catalogue and the least sum of squares without a law. With laws of
+        `further` terms to come, one has to be believed next to a calibration that is, fitted from there alone, and none
+        of those may promise to be clearly better.
+        """
+        (rival, known), law = without, (further or laws)[0]
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
-            own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None,
+            own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None, from_file=not further,
                           progress=lambda stage, most=0: self.progress("discover"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
             own.large, own.far_bearings = self.large, self.far_bearings
@@ -740,11 +787,13 @@ class DiagnosisRun:
             if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
+            if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
+                return ""
             if self._as_error_of_form(proposal, flags, seen["fit"], base, best.fit.cost):
                 return None if self.machine.film is None else OF_FILM
             best, exact = own._as_exact_as_shown(best)
             verdict = replace(judgement.verdict, best=best)
-            notes += [*judgement.notes, *exact]
+            notes = [*notes, *judgement.notes, *exact]
             # one floor for the sums of squares with the law and without it
             before = base
             base = replace(base, residual=own.fitted.residual(base.point)) if exact else base
@@ -998,13 +1047,23 @@ class DiagnosisRun:
         usable: list[Form] = []
         origin, store = ParameterPoint(), self.fitted.stored
         step = self._steps("screen", sum(1 + len(form.parameters) for form in self.forms))
+        astray = strained(base, natural=0.0)  # no damping at all is believed, but may be the work of a seal
+        films = None if astray or self.laws is not None else LinearColumns.of(store.rough)
+        linear = set[str]()
         for form in self.forms:
             step()
-            own = store.columns(origin.holding(form.fixed), form.parameters, step)
+            own = None if films is None else films.columns(form)
+            linear |= set() if own is None else {form.label}
+            own = store.columns(origin.holding(form.fixed), form.parameters, step) if own is None else own
             if form.has_response(own):
                 usable.append(form)
                 raw[form.label] = own / self.fitted.sigma[:, None]
         nominal = replace(base, J=store.columns(origin, base.parameters) / self.fitted.sigma[:, None])
+        while doubtful := not_sure(nominal, usable, raw, linear):
+            for form in doubtful:
+                own = store.columns(origin.holding(form.fixed), form.parameters, step)
+                raw[form.label] = own / self.fitted.sigma[:, None]
+                linear.discard(form.label)
         held = self.parts.get("held_out")
         held_excess = 0.0 if held is None else excess(table(held, held.residual(base.point)))
         found = EffectSearch(self.fitted, held, base, tuple(usable), raw, sum(f.excess for f in flags),
@@ -1013,7 +1072,7 @@ class DiagnosisRun:
                        nominal=nominal if self.laws is None else None,
                        unsteady=sum(f.excess for f in apart))  # fmt: skip
         self.seen_from = found.seen_from()
-        if strained(base, natural=0.0):  # no damping at all is believed, but may be the work of a seal
+        if self.from_file and astray:
             residual = self.fitted.residual(origin)
             start = replace(nominal, point=origin, residual=residual, cost=float(residual @ residual))
             # its sensitivities are of that point already
@@ -1092,10 +1151,41 @@ class DiagnosisRun:
         except NoAnswerError:
             return ()
         tried = {h.keys: h.fit for h in sorted(self.tried, key=lambda h: -h.fit.cost) if not h.failed}
-        if flags or not tried or self.laws is not None:
-            return odds
-        before = self._unfitted(base)
-        return with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
+        if tried and not (flags or self.laws is not None):
+            before = self._unfitted(base)
+            odds = with_more(odds, {keys: before - self._unfitted(fit) for keys, fit in tried.items()})
+        reading = self._reading(base, verdict, odds)
+        return odds if reading is None else with_other(odds, reading[0], OTHER_FORCE, reading[1])
+
+    def _reading(
+        self, base: ParameterFit, verdict: SearchVerdict, odds: Sequence[Explanation]
+    ) -> tuple[tuple[str, ...], float] | None:
+        """The most probable hypothesis, where it is an error of the sensors at an order, and the fall by a force.
+
+        That is from its sum of squares to that of a force at this order at any place, constant or growing with the
+        square of the speed, of which a catalogue does not have all. Where the receptance changes as little with the
+        speed as a reading does, the records do not choose between them; a force that grows in any other way would make
+        every motion. None for another one, for the first order, at which a bow is such a force and unbalances are
+        calibrated, and for records of which no place is observed.
+        """
+        fitted = [h for h in verdict.fitted if not h.failed]
+        best = max(fitted, key=lambda h: (probability_of(h.keys, odds), -h.fit.cost), default=None)
+        if best is None or self.laws is not None or not any(REGISTRY[f.effect].port == "sensor" for f in best.forms):
+            return None
+        taken = dict[str, float]()
+        for f in table(self.fitted, base.residual - best.fit.residual):
+            taken[f.group] = taken.get(f.group, 0.0) + f.chi2
+        order = max(taken, key=lambda group: taken[group])
+        n = next((n for n in HARMONICS if order == f"{n}X"), 0)
+        if not n or any(t.orders or not (t.periodic or t.turning) for t in self.fitted.trials):
+            return None
+        forces = [LawTerm(term) for term in order_forces(n)]
+        try:
+            seen = self._seen(self.fitted, base)
+            costs = [solved(seen, None, base, place, [one]).cost for place in seen.motions for one in forces]
+        except NoAnswerError:
+            return None
+        return best.keys, best.fit.cost - min(costs)
 
     def _planner(
         self, base: ParameterFit, verdict: SearchVerdict, search: EffectSearch | None, odds: tuple[Explanation, ...]
@@ -1134,12 +1224,12 @@ class DiagnosisRun:
         return float(np.sqrt(np.mean(moved**2)))
 
     def _measured(
-        self, fit: ParameterFit, comparison: TwinComparison, proven: ParameterFit
+        self, fit: ParameterFit, comparison: TwinComparison, proven: ParameterFit, stage: str = "show"
     ) -> tuple[ParameterFit, np.ndarray]:
         """Fit whose numbers are reported, converged from `proven`, and their covariance (k, k)."""
         moved = SOLVER_LEFT * (proven.vector - fit.vector)
         # a law is fitted to linear bearings alone, where both sides are alike
-        done = finished(comparison, proven, lambda: self.progress("show"), central=self.laws is None)
+        done = finished(comparison, proven, lambda: self.progress(stage), central=self.laws is None)
         return done, covariance(done, comparison.layout.record) + np.outer(moved, moved)
 
     def _proven(self, fit: ParameterFit) -> tuple[TwinComparison, ParameterFit]:

@@ -54,7 +54,7 @@ from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import TEMPERATURE, Explanation, probability_of
+from rotorsim.discrepancy.verdict import Explanation, probability_of, with_other
 from rotorsim.effects import REGISTRY
 
 MOST_TERMS = 3
@@ -711,6 +711,13 @@ def _near_laws(seen: ObservedPlaces, held: ObservedPlaces | None, base: Paramete
     return [*chosen, *(_with_equal(own, seen, held, base) for own in fewer[:1])]
 
 
+def promised_fall(laws: Sequence[ProposedLaw], seen: ObservedPlaces, fit: ParameterFit) -> float:
+    """Largest fall of the priced sum of squares that terms of laws promise next to a fit, by the linear model."""
+    columns = [law.columns(seen) for law in laws]
+    view = _screened(fit, columns)
+    return max(view.drop(i)[0] - PRICE * own.shape[1] for i, own in enumerate(columns))
+
+
 def _moved(
     law: ProposedLaw, fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit
 ) -> list[ProposedLaw]:  # fmt: skip
@@ -796,10 +803,8 @@ def with_rival(
     if rival is None or not known:
         return tuple(odds)
     best = max(known, key=lambda law: probability_of(law.keys, odds))
-    gain = (priced(rival) - priced(best)) / (2 * TEMPERATURE)
-    p = probability_of(best.keys, odds) * math.exp(-min(max(gain, -500.0), 500.0))
-    other = Explanation(rival.keys, False, 0.0, 0.0, True, p)
-    return tuple(replace(e, probability=e.probability / (1 + p)) for e in (*odds, other))
+    other = Explanation(rival.keys, False, 0.0, 0.0, True)
+    return with_other(odds, best.keys, other, priced(best) - priced(rival))
 
 
 def priced(one: Hypothesis) -> float:

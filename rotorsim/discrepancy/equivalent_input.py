@@ -1,17 +1,19 @@
 r"""Equivalent input of the injectors: how each pin's reference would have to arrive to make what a calibration leaves.
 
-The lines that injector j drives answer an error g of its gain with S_j(omega), a column of the plant itself, about
-each record's own motion. A relative error e_j(omega) of its input, the same in all records, makes e_j S_j, so that
+The lines that injector j drives answer an error g of its gain with S_j(omega), and a delay T with D_j(omega) T: columns
+of the plant itself, about each record's own motion. In a linear plant D_j = -i omega S_j; a film that bends with the
+motion answers a larger reference otherwise than a later one. A relative error e_j(omega) of its input, the same in all
+records, makes
 
-.. math:: r(\omega) \approx J\,\delta\theta + \sum_j S_j(\omega)\,e_j(\omega)
+.. math:: r(\omega) \approx J\,\delta\theta + \sum_j S_j\,\Re e_j - \frac{D_j}{\omega}\,\Im e_j
 
-is solved for the calibration and the e_j of all bands together. 1 + e_j is the ratio of the equivalent to the
+which is solved for the calibration and the e_j of all bands together. 1 + e_j is the ratio of the equivalent to the
 commanded input: its gain and phase. A gain error g and a time T by which it comes late, lag or delay, are read from it,
 
 .. math:: 1 + e_j(\omega) = (1 + g)\,e^{-i \omega T}
 
 Pins that answer one reference move the rotor alike; a curve for all pins of an axis is known where those of single pins
-are not. The input is that of the plant's tangent: where the film bends with the motion it is some per cent off, which
+are not. The input is that of the plant's tangents: where the film bends with the motion it is some per cent off, which
 the intervals hold; an effect that is fitted has no such error.
 
 A cause elsewhere would be forced into inputs. These are shown where they take most of the misfit that the calibration
@@ -22,22 +24,27 @@ Cites: platz_2001.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from rotorsim.base.errors import NoAnswerError
+from rotorsim.base.quantity import quantities
 from rotorsim.base.rounding import answer
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.fit import ParameterFit, cost_of, covariance, prior_rows, step_of
+from rotorsim.discrepancy.machine_file import pins_along
+from rotorsim.effects import REGISTRY
 
-GAIN = "actuator_gain"
-"""Effect whose sensitivities are those to the input of an injector."""
+GAIN, DELAY = "actuator_gain", "actuator_delay"
+"""Effects whose sensitivities are those to the input of an injector; without the second one the plant is linear."""
 STEP = 0.02
-"""Relative step of a gain in finite differences."""
+"""Relative step of an input's error in finite differences."""
 BANDS = 8
 """Bands of frequency in which an input has one error."""
 SHOWN = 0.02
@@ -48,6 +55,8 @@ MOST_ROUNDS, ENDED = 5, 1.0
 """Most rounds of the solution, and the fall of the sum of squares below which it has ended."""
 SHARES = 0.5 ** np.arange(5)
 """Shares of a step [1] that are tried until the sum of squares falls."""
+PROMISED = 0.5
+"""Share of what shown inputs take that the tangent has to foretell, for the plant to solve for them."""
 TAKEN, OF_ALL = 0.9, 0.25
 """Least shares [1] of the misfit beyond the noise, and of the whole sum of squares, that shown inputs take."""
 EARLY = 2.0
@@ -57,6 +66,8 @@ FORM = 0.03
 KNOWN = 0.5
 """Share of these below which records determine a number."""
 
+Pair = tuple[np.ndarray, np.ndarray]
+"""Columns (n,) that answer the real and the imaginary part of an input's error."""
 Sources = Sequence[tuple[str, tuple[int, ...]]]
 """Names of inputs, each with the numbers of the injectors that err alike."""
 
@@ -95,6 +106,7 @@ class EquivalentInput:
         if not self.is_known:
             return f"{self.name}: not known from these records"
         gain = f"gain {100 * self.error:+.2g} +- {100 * self.error_sd:.1g} %"
+        gain = gain if self.error > -1 else f"reversed, gain {1 + self.error:.2g} +- {self.error_sd:.1g}"
         return f"{self.name}: {gain}, late by {self.late * 1e3:.2g} +- {self.late_sd * 1e3:.1g} ms"
 
     def as_dict(self) -> dict[str, Any]:
@@ -118,10 +130,10 @@ def equivalent_inputs(
     That fit begins at the machine file, and at `base` where it does not take most of the misfit from there.
     `best` is the point of what explains the records best.
     """
-    injectors, driven = comparison.twin.machine.injectors, any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
+    driven = any(np.ptp(t.rows[:, 2:4]) for t in comparison.trials)
     if GAIN not in comparison.twin.slots or not driven or any(t.orders for t in comparison.trials):
         return ()
-    pins = {a: tuple(k for k, one in enumerate(injectors, 1) if one.reference.endswith(a)) for a in "xy"}
+    pins = {axis: pins_along(comparison.twin.machine, axis) for axis in "xy"}
     axes = [(f"all pins that follow r_{axis}", own) for axis, own in pins.items() if len(own) > 1]
     alone = [(f"injector {k}", (k,)) for own in pins.values() for k in own]
     try:
@@ -134,13 +146,18 @@ def _of_all(
     comparison: TwinComparison, base: ParameterFit, axes: Sources, alone: Sources, best: ParameterPoint | None
 ) -> tuple[EquivalentInput, ...]:
     """Equivalent inputs of all pins of an axis, and of single ones; each has a calibration of its own."""
+    if _share_taken(base, 0.0, 0) <= 0:
+        return ()
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
-    found, begins = list[EquivalentInput](), [(start, dict[int, np.ndarray]()), (base, dict[int, np.ndarray]())]
+    near = _columns(comparison, start, {k for _, own in alone for k in own})
+    found, begins = list[EquivalentInput](), [(start, dict[int, Pair]()), (base, dict[int, Pair]())]
     for sources in (axes, alone):
         for begin, columns in begins if sources else ():
-            fit, solution = _solved(comparison, begin, sources, columns)
-            if _take_most(solution, base):
+            if _share_taken(base, *_foretold(comparison, begin, sources, columns or near)) < PROMISED:
+                continue
+            fit, solution = _solved(comparison, begin, sources, columns, near)
+            if _share_taken(base, solution.cost, len(solution.errors)) >= 1:
                 found += _read(comparison, fit, sources, solution, best)
                 break
     return tuple(found)
@@ -164,65 +181,119 @@ class InputErrors:
     wider: float
 
 
-def _take_most(found: InputErrors, base: ParameterFit) -> bool:
-    """Whether inputs take most of what a calibration leaves beyond the noise, besides what their number takes from it.
+def _share_taken(base: ParameterFit, cost: float, count: int) -> float:
+    """Share of what shown inputs take, 1 or more for most of what a calibration leaves beyond the noise.
 
-    A floor may be higher than the noise, so that inputs have to take a share of the whole sum too.
+    `cost` is left with so many numbers of theirs, besides what that number takes from it. A floor may be higher than
+    the noise, so that inputs have to take a share of the whole sum too; 0 without a misfit.
     """
     excess = base.cost - len(base.residual)
-    return excess > 0 and base.cost - found.cost - len(found.errors) >= max(TAKEN * excess, OF_ALL * base.cost)
+    return max(base.cost - cost - count, 0.0) / max(TAKEN * excess, OF_ALL * base.cost) if excess > 0 else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class InputTangent:
+    """Columns J (n, k) of a calibration and of its inputs' errors, each with its `parameters`; see InputErrors."""
+
+    parameters: tuple[FitParameter, ...]
+    J: np.ndarray
+    columns: list[np.ndarray]
+    turned: list[np.ndarray]
+    band: np.ndarray
+    middles: np.ndarray
+
+    @classmethod
+    def of(
+        cls, comparison: TwinComparison, base: ParameterFit, sources: Sources, columns: dict[int, Pair]
+    ) -> InputTangent:
+        """Those of a calibration, and of sources by the columns of single pins."""
+        S, turned = zip(*(np.sum([columns[k] for k in own], axis=0) for _, own in sources), strict=True)
+        f = comparison.layout.frequency
+        limits, middles = _bands(f, np.sum(np.square(S), axis=0))
+        band = np.digitize(f, limits) - 1
+        parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
+                 for part in pair]  # fmt: skip
+        errors = (FitParameter(f"input.{i}", STEP, ERROR) for i in range(len(parts)))
+        return cls((*base.parameters, *errors), np.column_stack([base.J, *parts]), [*S], [*turned], band, middles)
+
+    def change(self, residual: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Step (k,) of Gauss and Newton from the values v, within the parameters' limits."""
+        return within(self.parameters, v + step_of(self.J, residual, v, prior_rows(self.parameters), 0.0)) - v
+
+
+def _foretold(
+    comparison: TwinComparison, base: ParameterFit, sources: Sources, columns: dict[int, Pair]
+) -> tuple[float, int]:
+    """Sum of squares with priors that the tangent foretells from a calibration on, and the number of inputs' errors."""
+    tangent = InputTangent.of(comparison, base, sources, columns)
+    v = np.append(base.vector, np.zeros(len(tangent.parameters) - len(base.parameters)))
+    change = tangent.change(base.residual, v)
+    left = base.residual - tangent.J @ change
+    return cost_of(left, v + change, prior_rows(tangent.parameters)), len(v) - len(base.parameters)
 
 
 def _solved(
     comparison: TwinComparison, base: ParameterFit, sources: Sources,
-    columns: dict[int, np.ndarray],
+    columns: dict[int, Pair], near: dict[int, Pair],
 ) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
     """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
 
     The plant has the calibration; the errors stay linear. A step is halved until the sum of squares falls, and the
-    solution ends where no share of it does. `columns` are those of single pins, found where there are none, and once
-    more after the first step.
+    solution ends where no share of it does. `columns` are those of single pins; where there are none the first step is
+    by those `near`, of the machine file, and they are found after it.
     """
-    n, f = len(base.parameters), comparison.layout.frequency
-    parameters = (*base.parameters, *(FitParameter(f"input.{i}", STEP, ERROR) for i in range(2 * BANDS * len(sources))))
-    p, e = prior_rows(parameters), np.zeros(len(parameters) - n)
-    fresh = not columns
+    n, errors = len(base.parameters), np.zeros(2 * BANDS * len(sources))
+    tangent = InputTangent.of(comparison, base, sources, columns or near)
     for number in range(MOST_ROUNDS):
-        if number == 0 or (fresh and number == 1):
-            if fresh:
-                columns |= _columns(comparison, base, {k for _, own in sources for k in own})
-            S = [np.sum([columns[k] for k in own], axis=0) for _, own in sources]
-            turned = [_turned(comparison, s) for s in S]
-            limits, middles = _bands(f, np.sum(np.square(S), axis=0))
-            band = np.digitize(f, limits) - 1
-            parts = [np.where(band == b, part, 0.0) for pair in zip(S, turned, strict=True) for b in range(BANDS)
-                     for part in pair]  # fmt: skip
-            J = np.column_stack([base.J, *parts])
-        r, v = base.residual - J[:, n:] @ e, np.r_[base.vector, e]
-        cost = cost_of(r, v, p)
-        change = within(parameters, v + step_of(J, r, v, p, 0.0)) - v
+        if number and not columns:
+            columns |= _columns(comparison, base, {k for _, own in sources for k in own})
+            tangent = InputTangent.of(comparison, base, sources, columns)
+        p, J = prior_rows(tangent.parameters), tangent.J
+        r, v = base.residual - J[:, n:] @ errors, np.r_[base.vector, errors]
+        cost, change = cost_of(r, v, p), tangent.change(r, v)
         for share in SHARES:
-            point, errors = base.point.moved(base.parameters, share * change[:n]), e + share * change[n:]
+            point, there = base.point.moved(base.parameters, share * change[:n]), errors + share * change[n:]
             new = comparison.residual(point)
-            left = new - J[:, n:] @ errors
-            if (found := cost_of(left, v + share * change, p)) < cost:
-                base, r, e = replace(base, point=point, residual=new), left, errors
+            if (found := cost_of(new - J[:, n:] @ there, v + share * change, p)) < cost:
+                base, errors = replace(base, point=point, residual=new), there
                 break
         else:
-            break
+            if columns:
+                break
+            continue
         if number and cost - found < ENDED:
             break
-    whole = replace(base, parameters=parameters, J=J, residual=r, cost=cost_of(r, np.r_[base.vector, e], p))
-    V = covariance(whole, comparison.layout.record)[n:, n:]
-    return base, InputErrors(e, V, S, turned, band, middles, whole.cost, max(1.0, whole.chi2 / len(r)))
+    left = base.residual - tangent.J[:, n:] @ errors
+    cost = cost_of(left, np.r_[base.vector, errors], prior_rows(tangent.parameters))
+    whole = replace(base, parameters=tangent.parameters, J=tangent.J, residual=left, cost=cost)
+    V, wider = covariance(whole, comparison.layout.record)[n:, n:], max(1.0, whole.chi2 / len(left))
+    return base, InputErrors(errors, V, tangent.columns, tangent.turned, tangent.band, tangent.middles, cost, wider)
 
 
-def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, np.ndarray]:
-    """Whitened change (n,) with the gain of each of the pins, at a calibration."""
-    table, here, found = comparison.twin.slots[GAIN], comparison.predict(base.point), {}
+def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, Pair]:
+    """Whitened changes (n,) with the real and with the imaginary part of each pin's error, at a calibration.
+
+    At the machine file they are those of the screening. A delay is interpolated between samples, so that its column is
+    that of a difference of two.
+    """
+    here = comparison.predict(base.point)
+
+    def column(effect: str, number: str, k: int) -> np.ndarray:
+        table, (low, high) = comparison.twin.slots[effect], quantities(REGISTRY[effect])[number].bounds
+        own = FitParameter(f"{effect}.{table}.{number}", REGISTRY[effect].forms[0].step, low=low, high=high)
+        held = base.point.holding({f"{effect}.{table}.injector": float(k)})
+        at_file = held.values == {}
+        return np.asarray(comparison.stored.columns(held, [own])[:, 0] / comparison.sigma if at_file
+                          else comparison.column(held, own, here))  # fmt: skip
+
+    def later(f: np.ndarray) -> np.ndarray:
+        return np.asarray(1j * RIG_SAMPLE / np.expm1(-2j * np.pi * f * RIG_SAMPLE))
+
+    found = {}
     for k in pins:
-        held = base.point.holding({f"{GAIN}.{table}.injector": float(k)})
-        found[k] = comparison.column(held, FitParameter(f"{GAIN}.{table}.error", STEP), here)
+        S = column(GAIN, "error", k)
+        late = column(DELAY, "delay", k) if DELAY in comparison.twin.slots else None
+        found[k] = S, _times(comparison, S, lambda f: 1j) if late is None else _times(comparison, late, later)
     return found
 
 
@@ -241,16 +312,20 @@ def _read(
                         [np.diag((1 / ratio).imag), np.diag((1 / ratio).real)]])  # fmt: skip
         V = per @ found.V[np.ix_(np.r_[at, at + 1], np.r_[at, at + 1])] @ per.T
         V = found.wider * (V + FORM**2 * np.eye(len(V)))
-        sd, y = np.sqrt(np.diag(V)), np.concatenate([np.log(np.abs(ratio)), np.unwrap(np.angle(ratio))])
-        design = np.block([[np.ones((BANDS, 1)), np.zeros((BANDS, 1))], [np.zeros((BANDS, 1)), -omega[:, None]]])
+        sd, design = np.sqrt(np.diag(V)), block_diag(np.ones((BANDS, 1)), -omega[:, None])
         weighted = answer(np.linalg.solve, V, design)
         W = answer(np.linalg.inv, design.T @ weighted + np.diag([ERROR**-2.0, LATE**-2.0]))
-        error, late = W @ (weighted.T @ y)
+        # a drive that is reversed has the phase of minus the ratio
+        both = [np.concatenate([np.log(np.abs(ratio)), np.unwrap(np.angle(sign * ratio))]) for sign in (1, -1)]
+        readings = [W @ (weighted.T @ y) for y in both]
+        left = [y @ answer(np.linalg.solve, V, y) - x @ (weighted.T @ y) for y, x in zip(both, readings, strict=True)]
+        turned = int(left[1] < left[0])
+        (error, late), phase = readings[turned], both[turned][BANDS:] + np.pi * turned
+        gain, (gain_sd, late_sd) = (1 - 2 * turned) * np.exp(error), np.sqrt(np.diag(W))
         out.append(
             EquivalentInput(
-                name, own, found.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], y[BANDS:], sd[BANDS:],
-                float(np.expm1(error)), float(np.exp(error) * np.sqrt(W[0, 0])), float(late), float(np.sqrt(W[1, 1])),
-                law[:, i],
+                name, own, found.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], phase, sd[BANDS:],
+                float(gain - 1), float(abs(gain) * gain_sd), float(late), float(late_sd), law[:, i],
             )
         )  # fmt: skip
     return out
@@ -267,12 +342,13 @@ def _made_by(comparison: TwinComparison, base: ParameterFit, found: InputErrors,
     return np.asarray(e[:, : len(found.columns)] + 1j * e[:, len(found.columns) :])
 
 
-def _turned(comparison: TwinComparison, column: np.ndarray) -> np.ndarray:
-    """A column (n,) with its lines times i; without means."""
+def _times(comparison: TwinComparison, column: np.ndarray, factor: Callable[[np.ndarray], Any]) -> np.ndarray:
+    """A column (n,) with its lines times a factor of their frequencies [Hz]; without means."""
     out = np.zeros_like(column)
     for i in range(len(comparison.trials)):
         for own, lines in zip(comparison.numbers_of(i), comparison.lines_of(i, column), strict=True):
-            out[own] = np.concatenate([-lines.imag, lines.real])
+            f = comparison.layout.frequency[own][: len(lines)]
+            out[own] = np.concatenate([(turned := factor(f) * lines).real, turned.imag])
     return out
 
 

@@ -153,6 +153,13 @@ VERDICTS = {
     ),
 }
 """Texts and exit code of each verdict."""
+NO_FORCE = VerdictText(
+    12,
+    "Unknown: no effect of the catalogue explains what all records show together; no group is beyond its floor.",
+    "Something is there that shows in all records together; it is too small for a force on the disc to be given.",
+    "Record again with more excitation, or with less noise, so that groups of lines are beyond their floor.",
+)
+"""Texts of an unknown cause that no group of lines shows."""
 UNSTATED = VerdictText(
     13,
     "Re-calibrated: {changes}. With that nothing disagrees beyond the scatter within the records; how exact they are "
@@ -182,8 +189,13 @@ LEFT_OVER = {
 """Texts of verdicts where groups of lines stay beyond the floor at points that were not fitted."""
 
 
-def text_of(status: str, left: int = 0, scatter_known: bool = True) -> VerdictText:
-    """Texts of a verdict with so many groups of lines beyond the floor at points that were not fitted."""
+def text_of(status: str, left: int = 0, scatter_known: bool = True, force: bool = True) -> VerdictText:
+    """Texts of a verdict with so many groups of lines beyond the floor at points that were not fitted.
+
+    `force` : whether there is an equivalent force.
+    """
+    if status == "unknown" and not force:
+        return NO_FORCE
     open_still = status == "recalibrated" and not scatter_known
     text = UNSTATED if open_still else VERDICTS[status]
     if not left or status in ("unknown", "partial"):

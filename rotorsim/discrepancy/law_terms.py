@@ -233,10 +233,19 @@ LIBRARY = (
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
 HYSTERESIS = LibraryTerm("hysteresis", "N/m", ("slipping(u, p.reach)",), (("reach", "m", (0.05, 0.1, 0.2, 0.4, 0.7)),))
 """A spring behind dry friction, for where no law of `LIBRARY` holds: with a short reach it is nearly dry friction."""
-ORDER_FORCES = tuple(
-    LibraryTerm(f"force at {n}X{grown}", unit, tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin")))
-    for n in (1, 2) for unit, factor, grown in (("N", "", ""), ("N*s^2", "speed * speed * ", " with speed squared"))
-)  # fmt: skip
+
+
+def order_forces(n: int) -> tuple[LibraryTerm, LibraryTerm]:
+    """Forces at an order of the shaft, one constant and one that grows with the square of the speed."""
+
+    def at(unit: str, factor: str, grown: str) -> LibraryTerm:
+        waves = tuple(f"{factor}math.{wave}({n} * angle)" for wave in ("cos", "sin"))
+        return LibraryTerm(f"force at {n}X{grown}", unit, waves)
+
+    return at("N", "", ""), at("N*s^2", "speed * speed * ", " with speed squared")
+
+
+ORDER_FORCES = (*order_forces(1), *order_forces(2))
 """Forces that turn or pulse with the shaft and are no law: a stiffness at an order, of a journal far from the middle of
 its film, is nearly one."""
 CORNERS = (30.0, 100.0, 300.0, 850.0)
@@ -343,16 +352,16 @@ def complex_lines(comparison: TwinComparison, i: int, vector: np.ndarray) -> np.
 
 def probe_answers(twin: Twin, point: ParameterPoint, trial: Trial, order: int) -> np.ndarray:
     """Largest vibration of a trial's probes (places,) [m/N] by a force at an order, at each of `law_places`."""
-    plant, mesh, seen = _linear_model(twin, point, trial)
+    plant, mesh, seen = linear_model(twin, point, trial)
     moved = seen @ answer(np.linalg.inv, plant.dynamic_stiffness(1j * order * abs(trial.speed)))
     shapes = [mesh.shape_between(z) for z in law_places(twin.machine).values()]
     return np.array([np.linalg.norm(moved @ shape.T, 2) for shape in shapes])
 
 
-def _linear_model(twin: Twin, point: ParameterPoint, trial: Trial) -> tuple[LinearPlant, Mesh, np.ndarray]:
+def linear_model(twin: Twin, point: ParameterPoint, trial: Trial) -> tuple[LinearPlant, Mesh, np.ndarray]:
     """Plant about its equilibrium in a trial, its mesh, and what the channels see of its coordinates (2, m)."""
     values = point.setting(twin, trial.speed, trial.pressure, trial.changes)
-    a = twin.set(values)
+    a = twin.lean(values).set(values)
     plant = linearise(a, settle(a, trial.speed, twin.regulator(values, trial.speed, trial.pressure)), trial.speed)
     ring = ring_axes(values.get(RING_KEY, getattr(twin.effect(RING, 0), "angle", 0.0)))
     seen = np.zeros((2, len(plant.rotor.stiffness)))
@@ -365,9 +374,9 @@ def _motions(
 ) -> dict[str, PlaceMotion]:
     """Motions at places in a trial whose clear residual lines (2, lines) [m] come from a force there."""
     twin = comparison.twin
-    plant, mesh, seen = _linear_model(twin, point, trial)
+    plant, mesh, seen = linear_model(twin, point, trial)
     omega = 2 * np.pi * trial.frequencies
-    Z = [answer(np.linalg.inv, plant.dynamic_stiffness(1j * w)) for w in omega]
+    Z = answer(np.linalg.inv, plant.factor(1j * omega).stiffness)
     n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
     t = np.arange(n) / n * trial.length * RIG_SAMPLE
     found, films = {}, clearances(twin.machine)

@@ -1,8 +1,8 @@
 """Findings of a diagnosis, and the machine file that takes them up, with uncertainty and evidence as comments.
 
 The fit's own numbers are written, as the effects and factors that the fit turned, so that a simulation of the new file
-is the fitted one. Trends of the calibration over pressure and speed, the sensors' zeros and unequal gains of the
-actuators have no place in a machine file and stand as comments.
+is the fitted one. Clear gains of the actuators along an axis are those of its pins. Trends of the calibration over
+pressure and speed and the sensors' zeros have no place in a machine file and stand as comments.
 """
 
 from __future__ import annotations
@@ -70,6 +70,8 @@ FACTORS_OF: dict[str, tuple[str, str, str, Callable[[Any], float]]] = {
 """Path, place, unit and value before of the numbers that a relative change of the calibration turns."""
 OF_AXES = {"actuator": "the gain of the actuators", "offset": "the zero of the probes"}
 """Words for numbers along an axis, by the keys before it."""
+CLEAR_GAIN = 2.0
+"""Standard deviations by which a gain of the actuators along an axis differs from the file's where it is written."""
 SAME_PLACE = 1e-6
 """Distance [m] within which two effects act at one place."""
 FOUND, FITTED = "found by rotorsim diagnose", "re-calibrated by rotorsim diagnose"
@@ -551,6 +553,11 @@ def _replace(document: Any, row: RecalibratedValue) -> None:
     _put(table, last, value, f"{FITTED}, +- {sd}; before {_rough(row.before, row.unit, 9)}")
 
 
+def pins_along(machine: Machine, axis: str) -> tuple[int, ...]:
+    """Numbers of the injectors whose pins follow the reference of an axis, from 1."""
+    return tuple(k for k, one in enumerate(machine.injectors, 1) if one.reference.endswith(axis))
+
+
 def _keep_y(table: Any, bearing: Any, replaced: set[str]) -> None:
     """Write a bearing's numbers along y where the file leaves them to be those along x, and only these are replaced."""
     tables, coefficients = (table["points"], bearing.points) if bearing.speeds.size else ([table], [bearing])
@@ -568,7 +575,12 @@ def _calibrate(document: Any, effects: Any, diagnosis: Findings) -> list[str]:
     turned: dict[str, complex] = {}
     direct: list[str] = []
     for key, (value, sd) in diagnosis.calibration.items():
-        if " x " in key or key.startswith(CLOCK) or (key in (*DIRECTIONS, *FACTORS) and key not in FACTORS_OF):
+        pins = pins_along(machine, key[-1]) if key in ("actuator_x", "actuator_y") else ()
+        if pins and abs(value) > CLEAR_GAIN * sd:
+            comments = [f"{FITTED}, {key}", f"error +- {_rough(sd, '1')} (one standard deviation)"]
+            for pin in pins:
+                _add(effects, "actuator_gain", {"injector": float(pin), "error": value}, comments, FITTED)
+        elif " x " in key or key.startswith(CLOCK) or (key in (*DIRECTIONS, *FACTORS) and key not in FACTORS_OF):
             more = NOT_IN_FILE if key == SHEAR.key and value else ""
             left_out.append(f"calibration not written: {key} = {value:.4g} +- {sd:.2g}{more}")
         elif "~" in key:

@@ -68,6 +68,11 @@ RIGHT_ANGLE = 1e-4
 """Missing cosine up to which two probes stand a right angle apart: under a degree."""
 SPEED_CHANNELS = ("speed", "speed_measured", "angle", "angle_measured")
 """Channels that show the speed."""
+NO_REFERENCE = (
+    "{}: without the references of the injectors, which are taken as 0 V; if they were driven, what they do is taken "
+    "for a fault: map reference_x and reference_y"
+)
+"""Note on records whose references are not known."""
 FEWEST_POINTS = 4
 """Operating points from which a smooth trend differs from a missing effect."""
 Source = Any
@@ -211,6 +216,14 @@ def record_notes(opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
     return [
         f"{listing(names, 3) if len(names) < len(opened) else 'every record'}: {text}" for text, names in of.items()
     ]
+
+
+def reference_notes(machine: Machine, opened: Sequence[tuple[str, xr.Dataset]]) -> list[str]:
+    """Sentence on records without references of a machine with pins; none for tables of vectors."""
+    names = [name for name, record in opened if "speed" not in record.dims and "reference" not in record]
+    if not names or not any(one.reference for one in machine.injectors):
+        return []
+    return [NO_REFERENCE.format(listing(names, 3) if len(names) < len(opened) else "every record")]
 
 
 @dataclass(frozen=True, eq=False)

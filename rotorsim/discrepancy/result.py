@@ -285,7 +285,8 @@ class Diagnosis(Shown, Findings, Reported):
     @property
     def texts(self) -> VerdictText:
         """Headline, meaning and next step of the verdict."""
-        return text_of(self.status, self.left, NO_ACCURACY not in self.notes)
+        force = bool(self.unknown.get("lines"))
+        return text_of(self.status, self.left, NO_ACCURACY not in self.notes, force)
 
     @property
     def sentence(self) -> str:

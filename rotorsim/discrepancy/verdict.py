@@ -477,6 +477,17 @@ def with_more(
     return tuple(sorted(own, key=lambda e: (-e.probability, e.name)))
 
 
+def with_other(
+    odds: Sequence[Explanation], keys: tuple[str, ...], other: Explanation, fall: float
+) -> tuple[Explanation, ...]:
+    """Odds in which another explanation stands, beforehand as likely as that with these keys.
+
+    `fall` is that of the sum of squares from the known explanation to the other one.
+    """
+    p = probability_of(keys, odds) * float(np.exp(np.clip(fall / (2 * TEMPERATURE), -500.0, 500.0)))
+    return tuple(replace(e, probability=e.probability / (1 + p)) for e in (*odds, replace(other, probability=p)))
+
+
 def entropy(p: np.ndarray) -> np.ndarray:
     """Entropy [bit] of probabilities along the last axis."""
     return np.asarray(-(p * np.log2(np.maximum(p, 1e-300))).sum(axis=-1))

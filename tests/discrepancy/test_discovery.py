@@ -36,6 +36,7 @@ from rotorsim.discrepancy.discovery import (
     load,
     named,
     own_resonance,
+    promised_fall,
     propose,
     solved,
     spread_of,
@@ -278,6 +279,19 @@ def test_each_term_of_a_law_next_to_a_film_comes_alone(second, monkeypatch):
     given = two_forces((("disc 0", "dry"), (second, "cubic")), (20, 15), monkeypatch)
     names = [law.names for law in laws_of(*given, film=True)]
     assert {"dry of disc 0", f"cubic of {second}"} < set(names) and len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("hidden", [15, 0])
+def test_a_further_term_promises_what_a_fit_without_it_leaves(hidden, monkeypatch):
+    given = two_forces((("disc 0", "dry"), ("disc 0", "cubic")), (20, hidden), monkeypatch)
+    (seen, _, base), terms = given, [LawTerm(TERMS[name]) for name in ("dry", "cubic")]
+    one, both = (solved(*given, "disc 0", terms[:count]) for count in (1, 2))
+    left = seen.residual - seen.J @ one.moved - one.columns(seen) @ one.coefficients
+    own = tuple(FitParameter(key, 1.0) for key in terms[0].parameters)
+    fit = replace(base, parameters=(*base.parameters, *own), J=np.hstack([seen.J, one.columns(seen)]), residual=left)
+    assert promised_fall([both], seen, fit) == pytest.approx(
+        one.cost - both.cost - 9.0 * len(both.coefficients), abs=1.0
+    )
 
 
 @pytest.mark.parametrize(("kind", "names"), [("stiffness", "cubic of disc 1"),
@@ -803,7 +817,8 @@ FORCE, DRIFT, BOW = SimpleNamespace(sentence="a random force"), SimpleNamespace(
 
 
 def beyond_the_catalogue(
-    status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2, costs=(0.0, 0.0, -500, -500)
+    status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2, costs=(0.0, 0.0, -500, -500),
+    promises=True,
 ):  # fmt: skip
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
@@ -821,6 +836,7 @@ def beyond_the_catalogue(
     monkeypatch.setattr(run, "_with_shear", lambda fit: best_converged if fit is best else converged)
     monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
     monkeypatch.setattr(run, "_with_hysteresis", lambda *given: None)
+    monkeypatch.setattr(run, "_law_promises", lambda *given: promises)
     monkeypatch.setattr(run, "_result", lambda base, flags, judgement, search, notes: Stated(judgement=judgement))
     odds = (Explanation(BOW, False, 1.0, 1e-3, True, 0.96), Explanation((), False, 1.0, 1e-3, True, 0.04))
     judgement = Judgement(verdict, odds, (), left, (), ("one",))
@@ -843,6 +859,22 @@ def test_what_does_not_repeat_is_a_verdict_only_where_nothing_else_is_open(
     given, notes = beyond_the_catalogue(status, flags, repeats, lambda notes: tried.append("law") or "", monkeypatch)
     assert (given and given.status) == (found if found == "stochastic" else None)
     assert bool(tried) == searched and any(FORCE.sentence in note for note in notes) == (found == "note")
+
+
+@pytest.mark.parametrize(
+    ("status", "flags", "film", "searched"),
+    [("tie", [1], None, False), ("named", [1], None, False), ("named", [], "a film", False),
+     ("no_disagreement", [], "a film", False), ("unknown", [1], "a film", True), ("unknown", [1], None, True),
+     ("no_disagreement", [], None, True), ("named", [], None, True)],
+)  # fmt: skip
+def test_next_to_an_answer_no_calibration_converges_where_no_law_promises_to_be_better(
+    status, flags, film, searched, monkeypatch
+):
+    """A name that no group shows may be needless on linear bearings, whatever laws promise."""
+    tried = list[str]()
+    beyond_the_catalogue(status, flags, [1], lambda notes: tried.append("law") or "", monkeypatch, (), film,
+                         promises=False)  # fmt: skip
+    assert bool(tried) == searched
 
 
 @pytest.mark.parametrize(("repeats", "noted"), [([], [FORCE]), ([1], [DRIFT, FORCE])])
@@ -994,7 +1026,7 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=
     models = SimpleNamespace(twin=SimpleNamespace(machine=machine))
     part = SimpleNamespace(with_twin=lambda twin: part, sigma=np.ones(1))
     for name, value in (("laws_of", laws), ("CompiledModels.of", models), ("own_resonance", False),
-                        ("stability_of", None)):  # fmt: skip
+                        ("stability_of", None), ("strained", []), ("promised_fall", 0.0)):  # fmt: skip
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     monkeypatch.setattr(f"{room}.discovered", lambda law, effect, p, near, *others: (law.names, list(near)))
     for name, value in (("_name", (verdict, None)), ("_judged", Judgement(verdict, tuple(odds))),

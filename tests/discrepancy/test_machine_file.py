@@ -19,6 +19,9 @@ from rotorsim.discrepancy.result import Diagnosis, null_sentence
 from rotorsim.discrepancy.twin import FACTORS, Twin
 from rotorsim.machine import Machine, load_machine, machine_text
 from rotorsim.machine.file_text import remarked
+from rotorsim.plant import Plant
+from rotorsim.plant.linearise import linearise
+from rotorsim.plant.simulation import settle
 
 
 def found(machine, effects, calibration=None):
@@ -90,7 +93,21 @@ def test_the_calibration_is_written_as_what_the_fit_turned():
     (one,) = after.effects["unbalance"]
     assert (one.me, one.phase) == pytest.approx((abs(total), np.angle(total)))
     assert f"before {own.me * 1e6:.9g} g*mm" in after._source
-    assert "calibration not written: actuator_x = 0.02" in after._source
+    assert "calibration not written: actuator_x = 0.02" in after._source  # two standard deviations are not clear
+    assert "actuator_gain" not in after.effects
+
+
+def test_a_clear_gain_of_the_actuators_is_written_for_each_pin_of_its_axis_and_makes_the_fitted_machine():
+    calibration = {"actuator_x": (-0.08, 0.01), "actuator_y": (0.04, 0.01)}
+    after = found("dtu_gas_bearing", (), calibration).apply()
+    errors = {one.injector: one.error for one in after.effects["actuator_gain"]}
+    assert errors == pytest.approx({2: -0.08, 4: -0.08, 1: 0.04, 3: 0.04})
+    assert "+- 0.01" in after._source and "calibration not written" not in after._source
+    coarse, speed, pressure = {"grid.n_theta": 16, "grid.n_z": 4}, 400.0, 2e5
+    fitted = Twin(load_machine("dtu_gas_bearing"), (16, 4), only=()).set({k: v for k, (v, _) in calibration.items()})
+    models = [linearise(a, settle(a, speed, pressure), speed) for a in (fitted, Plant(after.with_(coarse)).assembly)]
+    driven, written = (one.transfer(2j * np.pi * 60.0)[:, :2] for one in models)
+    assert written == pytest.approx(driven, rel=1e-9)
 
 
 @pytest.mark.parametrize("key", sorted({*DIRECTIONS, *FACTORS} - {*FACTORS_OF}))

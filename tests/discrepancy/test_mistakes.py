@@ -9,6 +9,7 @@ import pytest
 from identification import make_record
 from refusals import refused
 from rotorsim.base.errors import DataError
+from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import (
     COMPLIANCE_LIMITS,
     LOSS_LIMITS,
@@ -28,7 +29,7 @@ from rotorsim.discrepancy.mistakes import (
     check_probes,
     check_speed_unit,
 )
-from rotorsim.discrepancy.records import make_trials
+from rotorsim.discrepancy.records import NO_REFERENCE, make_trials, reference_notes
 from rotorsim.discrepancy.run_ups import empty_sweep, ramp
 from rotorsim.discrepancy.trial import delayed
 from rotorsim.machine import load_machine
@@ -275,3 +276,26 @@ def test_a_virtual_reading_has_the_relative_error_of_the_unbalance_that_makes_it
     assert len(sizes) == 4 and all(f"{name} x " in note for name in comparison.twin.machine.bearings_in_words)
     for size, sd in sizes:
         assert sd == pytest.approx(0.02 * size, rel=0.03)
+
+
+def record_of_the_rig(**channels):
+    """A tenth of a second of a record, without references unless they are given."""
+    n = 500
+    known = {"disc_measured": np.zeros((n, 2)), "speed": np.full(n, 300.0), "pressure": np.full(n, 3e5)}
+    return make_record(np.arange(n) * 2e-4, known | channels, {"record": "one", "role": "fit"})
+
+
+def test_records_without_references_of_a_machine_with_pins_are_noted_before_anything_is_computed():
+    def first(stage, most=0):
+        raise ValueError(stage)
+
+    with pytest.raises(ValueError) as noted:
+        diagnose("dtu_gas_bearing", [record_of_the_rig()], progress=first)
+    assert str(noted.value) == NO_REFERENCE.format("every record")
+
+
+def test_references_that_are_recorded_or_that_no_pin_follows_need_no_note():
+    rig, driven = load_machine("dtu_gas_bearing"), record_of_the_rig(reference=np.zeros((500, 2)))
+    assert reference_notes(rig, [("one", driven)]) == []
+    assert reference_notes(rig, [("one", driven), ("two", record_of_the_rig())]) == [NO_REFERENCE.format("'two'")]
+    assert reference_notes(load_machine("plain_rotor"), [("one", record_of_the_rig())]) == []

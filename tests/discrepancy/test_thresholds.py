@@ -10,7 +10,7 @@ from identification import make_record
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.data_vector import own_scatter, scatter_of_repeats
-from rotorsim.discrepancy.diagnosis import DiagnosisRun
+from rotorsim.discrepancy.diagnosis import OTHER_FORCE, DiagnosisRun
 from rotorsim.discrepancy.fit import FAR, NEAR, ParameterFit, covariance, far_off_file
 from rotorsim.discrepancy.judge import (
     VERDICTS,
@@ -35,6 +35,7 @@ from rotorsim.discrepancy.verdict import (
     preferred,
     shown_share,
     with_more,
+    with_other,
 )
 from rotorsim.machine import load_machine
 
@@ -701,3 +702,13 @@ def test_places_that_records_do_not_distinguish_are_all_findings():
     k = run.machine.bearings[0].coefficients[0][0, 0] / 1e6
     finished, _ = run._large([("0", SOFT)], 0.01 * np.eye(len(SOFT.parameters)))
     assert f"kxx of {left} is {k / 3:.3g} MN/m +- {k / 90:.2g}" in finished[0]
+
+
+@pytest.mark.parametrize(("worse", "status"), [(-50.0, "partial"), (8.0, "tie"), (20.0, "tie"), (30.0, "named")])
+def test_an_error_of_the_sensors_is_named_where_no_force_at_its_order_leaves_nearly_as_little(worse, status):
+    """Beforehand both are as likely; the likelihood is taken to the power 1/4."""
+    one = fitted(RUNOUT, 100.0)
+    given = with_other(odds((RUNOUT, 0.99), (COUPLING, 0.01)), RUNOUT, OTHER_FORCE, -worse)
+    ratio = sum(e.probability for e in given if e.beyond) / next(e.probability for e in given if e.effects == RUNOUT)
+    assert ratio == pytest.approx(np.exp(-worse / 8)) and sum(e.probability for e in given) == pytest.approx(1.0)
+    assert judged(AllEvidence(search("named", one), given, frozenset(KNOWN))).verdict.status == status

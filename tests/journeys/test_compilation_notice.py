@@ -3,6 +3,7 @@
 import json
 import time
 
+import numpy as np
 import pytest
 
 from rotorsim.commands.diagnosis import QUIET, STAGES, Stages
@@ -88,5 +89,23 @@ def test_a_diagnosis_notes_in_a_pipe_each_stage_once_and_again_where_it_lasts(ca
     stages.show("experiment")
     assert capsys.readouterr() == ("", f"{texts[-1]}: step 3, 31 s\n")
     now[0] += QUIET + 1
-    stages.show("calibrate", 40)
+    stages.show("check", 40)
     assert "step 1 of at most 40, 62 s" in capsys.readouterr().err
+
+
+def test_the_numbers_of_stages_rise_and_begin_anew_with_the_next_diagnosis_of_a_loop(capsys, monkeypatch):
+    monkeypatch.setattr(time, "monotonic", iter(np.arange(0.0, 1e6, QUIET + 1)).__next__)
+    stages, numbers = Stages(), []
+    for stage in ("check", "calibrate", "name", "calibrate", "show", "prove", "experiment", "check", "calibrate"):
+        stages.show(stage)
+        numbers.append(list(STAGES).index(stages.stage))
+    own = {name: number for number, name in enumerate(STAGES)}
+    shown = ("check", "calibrate", "name", "name", "show", "show", "experiment", "check", "calibrate")
+    assert numbers == [own[name] for name in shown]
+    assert f"{STAGES['name']} (6 of {len(STAGES)}): step 2" in capsys.readouterr().err
+
+
+def test_a_sentence_on_the_records_is_printed_as_it_is(capsys):
+    stages = Stages()
+    stages.show("every record: without references")
+    assert capsys.readouterr().err == "note: every record: without references\n" and not stages.stage

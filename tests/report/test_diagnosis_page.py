@@ -173,6 +173,7 @@ STEPS = {
     "plan": (small_diagnosis(planned=STORED), "Next: impact."),
     "partial": (small_diagnosis(status="partial", unknown=UNKNOWN), "Do not use the effect as found"),
     "unknown": (small_diagnosis(status="unknown", effects=[], unknown=UNKNOWN), "Look on the machine"),
+    "no force": (small_diagnosis(status="unknown", effects=[], localisation=()), "Record again with more excitation"),
     "accuracy": (COARSE, "Nothing states"),
     "one speed": (
         small_diagnosis(status="no_disagreement", effects=[], notes=(ONE_SPEED_ALONE, ONE_EXCITATION)),

@@ -31,7 +31,7 @@ class ActuatorGain(Effect):
     cites = ("thesis",)
     forms = (CandidateForm("error", 0.01, pinned=True),)
     injector: float = param("1", bounds=(0.0, 64.0), whole=True, doc="Number of the injector, from 1; 0 for all.")
-    error: float = param("1", bounds=(-0.95, 9.0), doc="Relative error of the pin's travel per volt.")
+    error: float = param("1", bounds=(-11.0, 9.0), doc="Relative error of travel per volt; -2 reverses it.")
 
     def problems(self, machine: Any) -> dict[str, str]:
         """The pin exists."""
