@@ -56,7 +56,7 @@ MOST_ROUNDS, ENDED = 5, 1.0
 SHARES = 0.5 ** np.arange(5)
 """Shares of a step [1] that are tried until the sum of squares falls."""
 PROMISED = 0.5
-"""Share of what shown inputs take that the tangent has to foretell, for the plant to solve for them."""
+"""Share of what shown inputs take that a tangent has to foretell, for the plant to solve for them."""
 TAKEN, OF_ALL = 0.9, 0.25
 """Least shares [1] of the misfit beyond the noise, and of the whole sum of squares, that shown inputs take."""
 EARLY = 2.0
@@ -150,35 +150,18 @@ def _of_all(
         return ()
     nominal = comparison.stored.columns(ParameterPoint(), base.parameters) / comparison.sigma[:, None]
     start = replace(base, point=ParameterPoint(), residual=comparison.residual(ParameterPoint()), J=nominal)
-    near = _columns(comparison, start, {k for _, own in alone for k in own})
+    near = _of_file(comparison, {k for _, own in alone for k in own})
     found, begins = list[EquivalentInput](), [(start, dict[int, Pair]()), (base, dict[int, Pair]())]
-    for sources in (axes, alone):
-        for begin, columns in begins if sources else ():
-            if _share_taken(base, *_foretold(comparison, begin, sources, columns or near)) < PROMISED:
-                continue
-            fit, solution = _solved(comparison, begin, sources, columns, near)
+    for sources in filter(None, (axes, alone)):
+        tangents = [_foretold(comparison, begin, sources, columns or near) for begin, columns in begins]
+        if max(_share_taken(base, *one) for one in tangents) < PROMISED:
+            continue
+        for begin, columns in begins:
+            fit, solution = _solved(comparison, begin, sources, columns)
             if _share_taken(base, solution.cost, len(solution.errors)) >= 1:
                 found += _read(comparison, fit, sources, solution, best)
                 break
     return tuple(found)
-
-
-@dataclass(frozen=True, eq=False)
-class InputErrors:
-    """Errors of inputs (2 k,), real and imaginary parts in turn, with covariance; the columns (n,) that they answer.
-
-    band : number of the band (n,) of each line; middles (b,) [Hz]
-    cost, wider : sum of squares left, with priors; factor of covariances, where more than noise is left
-    """
-
-    errors: np.ndarray
-    V: np.ndarray
-    columns: list[np.ndarray]
-    turned: list[np.ndarray]
-    band: np.ndarray
-    middles: np.ndarray
-    cost: float
-    wider: float
 
 
 def _share_taken(base: ParameterFit, cost: float, count: int) -> float:
@@ -193,7 +176,11 @@ def _share_taken(base: ParameterFit, cost: float, count: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class InputTangent:
-    """Columns J (n, k) of a calibration and of its inputs' errors, each with its `parameters`; see InputErrors."""
+    """Columns J (n, k) of a calibration and of its inputs' errors, each with its `parameters`.
+
+    columns, turned : what every input answers (n,), and the same a quarter of a period later
+    band : number of the band (n,) of each line; middles (b,) [Hz]
+    """
 
     parameters: tuple[FitParameter, ...]
     J: np.ndarray
@@ -221,6 +208,20 @@ class InputTangent:
         return within(self.parameters, v + step_of(self.J, residual, v, prior_rows(self.parameters), 0.0)) - v
 
 
+@dataclass(frozen=True, eq=False)
+class InputErrors:
+    """Errors of inputs (2 k,), real and imaginary parts in turn, with covariance, and the tangent that has them.
+
+    cost, wider : sum of squares left, with priors; factor of covariances, where more than noise is left
+    """
+
+    errors: np.ndarray
+    V: np.ndarray
+    tangent: InputTangent
+    cost: float
+    wider: float
+
+
 def _foretold(
     comparison: TwinComparison, base: ParameterFit, sources: Sources, columns: dict[int, Pair]
 ) -> tuple[float, int]:
@@ -234,19 +235,20 @@ def _foretold(
 
 def _solved(
     comparison: TwinComparison, base: ParameterFit, sources: Sources,
-    columns: dict[int, Pair], near: dict[int, Pair],
+    columns: dict[int, Pair],
 ) -> tuple[ParameterFit, InputErrors]:  # fmt: skip
     """The calibration next to errors of the sources' inputs, and these errors: Newton's method with the chord of J.
 
     The plant has the calibration; the errors stay linear. A step is halved until the sum of squares falls, and the
-    solution ends where no share of it does. `columns` are those of single pins; where there are none the first step is
-    by those `near`, of the machine file, and they are found after it.
+    solution ends where no share of it does. `columns` are those of single pins, found where there are none, and once
+    more after the first step.
     """
     n, errors = len(base.parameters), np.zeros(2 * BANDS * len(sources))
-    tangent = InputTangent.of(comparison, base, sources, columns or near)
+    fresh = not columns
     for number in range(MOST_ROUNDS):
-        if number and not columns:
+        if fresh and number < 2:
             columns |= _columns(comparison, base, {k for _, own in sources for k in own})
+        if number == 0 or (fresh and number == 1):
             tangent = InputTangent.of(comparison, base, sources, columns)
         p, J = prior_rows(tangent.parameters), tangent.J
         r, v = base.residual - J[:, n:] @ errors, np.r_[base.vector, errors]
@@ -258,41 +260,43 @@ def _solved(
                 base, errors = replace(base, point=point, residual=new), there
                 break
         else:
-            if columns:
-                break
-            continue
+            break
         if number and cost - found < ENDED:
             break
     left = base.residual - tangent.J[:, n:] @ errors
     cost = cost_of(left, np.r_[base.vector, errors], prior_rows(tangent.parameters))
     whole = replace(base, parameters=tangent.parameters, J=tangent.J, residual=left, cost=cost)
     V, wider = covariance(whole, comparison.layout.record)[n:, n:], max(1.0, whole.chi2 / len(left))
-    return base, InputErrors(errors, V, tangent.columns, tangent.turned, tangent.band, tangent.middles, cost, wider)
+    return base, InputErrors(errors, V, tangent, cost, wider)
+
+
+def _of_file(comparison: TwinComparison, pins: set[int]) -> dict[int, Pair]:
+    """Whitened change (n,) with the gain of each of the pins, of the machine file: the columns of the screening."""
+    own, limits = f"{GAIN}.{comparison.twin.slots[GAIN]}", quantities(REGISTRY[GAIN])["error"].bounds
+    gain = FitParameter(f"{own}.error", REGISTRY[GAIN].forms[0].step, low=limits[0], high=limits[1])
+    held = {k: ParameterPoint(fixed={f"{own}.injector": float(k)}) for k in pins}
+    columns = {k: comparison.stored.columns(p, [gain])[:, 0] / comparison.sigma for k, p in held.items()}
+    return {k: (S, _times(comparison, S, lambda f: 1j)) for k, S in columns.items()}
 
 
 def _columns(comparison: TwinComparison, base: ParameterFit, pins: set[int]) -> dict[int, Pair]:
     """Whitened changes (n,) with the real and with the imaginary part of each pin's error, at a calibration.
 
-    At the machine file they are those of the screening. A delay is interpolated between samples, so that its column is
-    that of a difference of two.
+    A delay is interpolated between samples, so that its column is that of a difference of two.
     """
-    here = comparison.predict(base.point)
+    here, slots = comparison.predict(base.point), comparison.twin.slots
 
-    def column(effect: str, number: str, k: int) -> np.ndarray:
-        table, (low, high) = comparison.twin.slots[effect], quantities(REGISTRY[effect])[number].bounds
-        own = FitParameter(f"{effect}.{table}.{number}", REGISTRY[effect].forms[0].step, low=low, high=high)
-        held = base.point.holding({f"{effect}.{table}.injector": float(k)})
-        at_file = held.values == {}
-        return np.asarray(comparison.stored.columns(held, [own])[:, 0] / comparison.sigma if at_file
-                          else comparison.column(held, own, here))  # fmt: skip
+    def column(effect: str, number: str, step: float, k: int) -> np.ndarray:
+        held = base.point.holding({f"{effect}.{slots[effect]}.injector": float(k)})
+        return comparison.column(held, FitParameter(f"{effect}.{slots[effect]}.{number}", step), here)
 
     def later(f: np.ndarray) -> np.ndarray:
         return np.asarray(1j * RIG_SAMPLE / np.expm1(-2j * np.pi * f * RIG_SAMPLE))
 
     found = {}
     for k in pins:
-        S = column(GAIN, "error", k)
-        late = column(DELAY, "delay", k) if DELAY in comparison.twin.slots else None
+        S = column(GAIN, "error", STEP, k)
+        late = column(DELAY, "delay", LATER, k) if DELAY in slots else None
         found[k] = S, _times(comparison, S, lambda f: 1j) if late is None else _times(comparison, late, later)
     return found
 
@@ -303,7 +307,7 @@ def _read(
 ) -> list[EquivalentInput]:  # fmt: skip
     """Gain and phase of all sources, and the gain error and the time that make them."""
     law = np.zeros((0, len(sources)), complex) if best is None else 1 + _made_by(comparison, base, found, best)
-    out, omega = [], 2 * np.pi * found.middles
+    out, omega = [], 2 * np.pi * found.tangent.middles
     for i, (name, own) in enumerate(sources):
         at = 2 * (BANDS * i + np.arange(BANDS))
         ratio = 1 + found.errors[at] + 1j * found.errors[at + 1]
@@ -324,7 +328,7 @@ def _read(
         gain, (gain_sd, late_sd) = (1 - 2 * turned) * np.exp(error), np.sqrt(np.diag(W))
         out.append(
             EquivalentInput(
-                name, own, found.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], phase, sd[BANDS:],
+                name, own, found.tangent.middles, np.abs(ratio), np.abs(ratio) * sd[:BANDS], phase, sd[BANDS:],
                 float(gain - 1), float(abs(gain) * gain_sd), float(late), float(late_sd), law[:, i],
             )
         )  # fmt: skip
@@ -336,10 +340,11 @@ def _made_by(comparison: TwinComparison, base: ParameterFit, found: InputErrors,
     own = {k: v for k, v in best.values.items() if k not in base.parameters}
     there = replace(base.point, values={**base.point.values, **own}).holding(best.fixed)
     more = (comparison.predict(there) - comparison.predict(base.point)) / comparison.sigma
-    S = np.column_stack([*found.columns, *found.turned])
-    bands = [found.band == b for b in range(BANDS)]
+    tangent = found.tangent
+    S = np.column_stack([*tangent.columns, *tangent.turned])
+    bands = [tangent.band == b for b in range(BANDS)]
     e = np.array([answer(np.linalg.lstsq, S[here], more[here], rcond=1e-9)[0] for here in bands])
-    return np.asarray(e[:, : len(found.columns)] + 1j * e[:, len(found.columns) :])
+    return np.asarray(e[:, : len(tangent.columns)] + 1j * e[:, len(tangent.columns) :])
 
 
 def _times(comparison: TwinComparison, column: np.ndarray, factor: Callable[[np.ndarray], Any]) -> np.ndarray:
