@@ -24,9 +24,9 @@ from rotorsim.base.units import advised, show, split
 from rotorsim.machine import machine_text, shipped_machines
 from rotorsim.machine.file_text import (
     entries,
+    kept_tables,
     parse,
     read_text,
-    kept_tables,
     tables_of,
     value_at,
     with_copy,
