@@ -87,8 +87,7 @@ class LinearRotor:
     def at(self, s: np.ndarray) -> np.ndarray:
         """Dynamic stiffness (k, m, m) without films at complex frequencies s (k,) [rad/s]."""
         found = self.stiffness + s[:, None, None] * self.damping
-        own = np.arange(len(self.stiffness))
-        found[:, own, own] += s[:, None] ** 2
+        found.reshape(len(s), -1)[:, :: len(self.stiffness) + 1] += s[:, None] ** 2
         return found
 
 
