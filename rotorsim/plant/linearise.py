@@ -87,7 +87,8 @@ class LinearRotor:
     def at(self, s: np.ndarray) -> np.ndarray:
         """Dynamic stiffness (k, m, m) without films at complex frequencies s (k,) [rad/s]."""
         found = self.stiffness + s[:, None, None] * self.damping
-        found.reshape(len(s), -1)[:, :: len(self.stiffness) + 1] += s[:, None] ** 2
+        diagonals = np.einsum("kii->ki", found)
+        diagonals += s[:, None] ** 2
         return found
 
 
