@@ -317,7 +317,12 @@ class _Springs:
         flat = int((self.inverse < (-self.inverse[last - 1] if last <= total else 0.0)).sum())
         size = min(n, real + flat + _MORE)
         eased = d * np.linalg.inv(np.eye(C.shape[1]) + d * (CT @ C))
-        Y, top = np.broadcast_to(np.eye(n, size), (len(d), n, size)), np.zeros((len(d), real))
+        start, springs = np.eye(n, size), C.shape[1]
+        if 2 * springs <= _MORE and size < n:  # what the high modes have of every mode on springs, to second order
+            first = size - 2 * springs
+            start[:, first:] = np.hstack([C, self.inverse[:, None] * C])
+            start[:first, first:] = 0.0
+        Y, top = np.broadcast_to(start, (len(d), n, size)), np.zeros((len(d), real))
         ended: NDArray[np.bool_] = np.zeros(len(d), bool)
         for _ in range(_ITERATIONS):
             Q = np.linalg.qr(Y)[0]

@@ -179,10 +179,12 @@ class _Line:
 
     def crossings(self, order: float) -> list[Crossing | Interval]:
         """Crossings with an order line, or the interval where one is not certain."""
-        places, out = self._known, list[Crossing | Interval]()
+        count, out = self._table.shape[1], list[Crossing | Interval]()
         for k in self._open(order):
-            a, b = places[k], places[k + 1]
-            around = (places[k - 1] if k else b, places[k + 2] if k + 2 < len(places) else a)
+            a, b = self._known(k), self._known(k + 1)
+            around = (self._known(k - 1) if k else b, self._known(k + 2) if k + 2 < count else a)
+            for i, place, others in ((k, a, (around[0], b)), (k + 1, b, (a, around[1]))):
+                self._slopes.update(((place, other), self._table[2 + j, i]) for j, other in enumerate(others))
             halves = [a, self._place(0.0), b] if a.at < 0 < b.at else [a, b]
             for one, two in pairwise(halves):
                 out += [(a.at, b.at)] if one is None or two is None else self._within(one, two, order, around)
@@ -229,12 +231,24 @@ class _Line:
         return self._within(a, middle, order, (b, b)) + self._within(middle, b, order, (a, a))
 
     @cached_property
-    def _known(self) -> list[_Place]:
-        return [_Place(n.at, n.pencil, n.modes.take([k])) for n, k in self._nodes if n.pencil is not None]
+    def _known(self) -> Callable[[int], _Place]:
+        every = [(n, n.pencil, k) for n, k in self._nodes if n.pencil is not None]
+
+        @cache
+        def known(number: int) -> _Place:
+            node, pencil, k = every[number]
+            return _Place(node.at, pencil, node.modes.take([k]))
+
+        return known
 
     @cached_property
-    def _slope(self) -> Callable[[_Place, _Place], float]:
-        return cache(_Place.slope)
+    def _slopes(self) -> dict[tuple[_Place, _Place], float]:
+        return {}
+
+    def _slope(self, place: _Place, other: _Place) -> float:
+        if (place, other) not in self._slopes:
+            self._slopes[place, other] = place.slope(other)
+        return self._slopes[place, other]
 
     @cached_property
     def _place(self) -> Callable[[float], _Place | None]:
@@ -392,24 +406,27 @@ class ModesAt:
 
 
 def first_loss(
-    place: Callable[[float], ModesAt], known: Sequence[ModesAt], **tolerances: float
+    place: Callable[[float], ModesAt],
+    known: Sequence[ModesAt],
+    least: Callable[[float], tuple[float, float]] | None = None,
+    **tolerances: float,
 ) -> tuple[tuple[float, float] | None, bool]:
     """Lowest value at which a mode grows, and its frequency [rad/s], between known ascending places; None without one.
 
     And whether each step up to there was decided: not where a tangent is unknown, or where halving found no end.
-    `tolerances` are those of Brent's method, xtol and rtol.
+    `least` is that of a place where no more is asked, `tolerances` are those of Brent's method, xtol and rtol.
     """
     if _grows(known[0]):
         return (known[0].at, known[0].least[1]), True
-    decided = True
+    decided, least_at = True, least or (lambda v: place(v).least)
     for a, b in pairwise(known):
         end, sure = (b, True) if _grows(b) else _dip(place, a, b, MOST_HALVINGS)
         decided &= sure
         if end is not None:
-            onset = falls_below_zero(lambda v: min(place(v).least[0], 1.0) + DAMPED, a.at, end.at, **tolerances)
+            onset = falls_below_zero(lambda v: min(least_at(v)[0], 1.0) + DAMPED, a.at, end.at, **tolerances)
             behind = min(onset + NEARBY * (end.at - a.at), end.at)
-            diverges = end.least[1] == 0 and place(behind).least[1] == 0
-            return (onset, 0.0 if diverges else place(onset).least[1]), decided
+            diverges = end.least[1] == 0 and least_at(behind)[1] == 0
+            return (onset, 0.0 if diverges else least_at(onset)[1]), decided
     return None, decided
 
 

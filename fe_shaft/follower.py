@@ -299,7 +299,7 @@ def _with_partners(node: Node, other: Node, region: Region) -> Node:
     found = joined(node.pencil, known, more)
     if known.proven:
         return replace(node, modes=replace(found, missing=known.missing, quotient=known.quotient))
-    return replace(node, modes=counted(node.pencil, found, region))
+    return replace(node, modes=counted(node.pencil, found, region, known))
 
 
 def _turned(node: Node, other: Node) -> Node:

@@ -100,10 +100,15 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class Quotient:
-    """The determinant of a pencil over its known roots (k,) [rad/s], none below the real axis, and their partners."""
+    """The determinant of a pencil over its known roots (k,) [rad/s], none below the real axis, and their partners.
+
+    `steps` are those (side, from, to) along the border of a region with which the last count came to its end, its own
+    or that of a neighbour with the same ones.
+    """
 
     pencil: Pencil
     known: Vector
+    steps: dict[Region, list[tuple[int, float, float]]] = field(default_factory=dict)
 
     @cached_property
     def _roots(self) -> Vector:

@@ -335,7 +335,7 @@ def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes |
         known = _sought(pencil, region, nothing(pencil.size), _expected(region, hints))
     else:
         known = refined(pencil, seed)
-    known = counted(pencil, known, region)
+    known = counted(pencil, known, region, seed)
     while not known.proven:
         for find in (mean_missing, _about_missing):
             more = _sought(pencil, region, known, find(known, region))
@@ -343,7 +343,7 @@ def _found(pencil: Pencil, region: Region, hints: Sequence[float], seed: Modes |
                 break
         else:
             break
-        known = counted(pencil, more, region)
+        known = counted(pencil, more, region, known)
     return _with_growth(pencil, region, known)
 
 
@@ -354,9 +354,13 @@ def _sought(pencil: Pencil, region: Region, known: Modes, shifts: Sequence[compl
     return known
 
 
-def counted(pencil: Pencil, known: Modes, region: Region) -> Modes:
-    """The modes with the number of those of the region that are missing among them."""
-    g = Quotient(pencil, known.values)
+def counted(pencil: Pencil, known: Modes, region: Region, near: Modes | None = None) -> Modes:
+    """The modes with the number of those of the region that are missing among them.
+
+    The border is walked in the steps of `near`, modes of the same or a neighbouring pencil that were counted.
+    """
+    counted_before = None if near is None else near.quotient
+    g = Quotient(pencil, known.values, *([counted_before.steps] if counted_before else []))
     return replace(known, missing=missing_in(region, g), quotient=g)
 
 
@@ -395,7 +399,7 @@ def mean_missing(known: Modes, region: Region) -> list[complex]:
     The sums of the missing eigenvalues and of their squares are real: each counts with its partner.
     """
     assert known.quotient is not None
-    number, first, second = _moments(region, known.quotient.log)
+    number, first, second = _moments(region, replace(known.quotient, steps={}))  # on steps that were not joined
     mean = first / number + 1j * np.sqrt(np.maximum((first / number) ** 2 - second / number, 0.0))
     return [complex(mean)] if region.wider.holds(mean) else []
 
@@ -418,7 +422,7 @@ def missing_in(region: Region, g: Quotient) -> float:
 
     A region of every damping ratio is the whole disc.
     """
-    turned = _moments(region, g.log)[0] / np.pi
+    turned = _moments(region, g)[0] / np.pi
     return abs(float(np.round(turned))) if abs(turned - np.round(turned)) < 0.05 else float("nan")
 
 
@@ -444,32 +448,52 @@ def _wrapped(change: Vector) -> Vector:
 Side = tuple[Callable[[Any], Any], complex, Vector]
 
 
-def _moments(region: Region, log: Callable[[Vector], Vector]) -> Vector:
-    """Change of the phase of a logarithm along half the border, and of its moments with s and s^2; NaN where open.
+def _moments(region: Region, g: Quotient) -> Vector:
+    """Change of the phase of a determinant along half the border, and of its moments with s and s^2; NaN where open.
 
     A side is a path over 0 <= t <= 1, its rate in ds/dt = rate s and its first steps. Steps are halved until modulus
-    and phase change as the derivatives at both ends state: a root close to the path bends them.
+    and phase change as the derivatives at both ends state: a root close to the path bends them. A neighbour's steps,
+    those joined of which it needed no two, are the first ones where it has been counted.
     """
     sides = _sides(region)
-    total, steps = np.zeros(3), 0
-    open_steps = [(n, a, b) for n, (_, _, ends) in enumerate(sides) for a, b in pairwise(ends.tolist())]
+    rates, total, steps, kept = np.array([rate for _, rate, _ in sides]), np.zeros(3), 0, list[Vector]()
+    first = [(n, a, b) for n, (_, _, ends) in enumerate(sides) for a, b in pairwise(ends.tolist())]
+    open_steps, far = g.steps.get(region, first), [FARTHEST * region.reach]  # which `_with_growth` asks for
     while open_steps:
         steps += len(open_steps)
-        side, a, b = (np.array(one) for one in zip(*open_steps, strict=True))
         s = np.array([sides[n][0](t) for n, *ends in open_steps for t in ends], complex)
-        logs = log(np.concatenate([s, s * (1 + SMALL_STEP)])).reshape(2, -1, 2)
-        rate = np.array([one for _, one, _ in sides])[side, None]
-        slopes = rate * _wrapped(logs[1] - logs[0]) / SMALL_STEP
-        mean = 0.5 * (b - a) * slopes.sum(axis=1)
-        off = _wrapped(logs[0, :, 1] - logs[0, :, 0] - mean)
-        bent = (b - a) * np.abs(slopes[:, 1] - slopes[:, 0])
-        sure = (np.abs(off) < SURE) & (bent < BENT)
-        if steps > SPLITS * len(sides) or not np.isfinite(off).all():
+        logs = g.log(np.concatenate([s, s * (1 + SMALL_STEP), far]))[: 2 * len(s)].reshape(2, -1, 2)
+        ends, far = np.array(open_steps), []
+        rate, width = rates[ends[:, 0].astype(int)], ends[:, 2] - ends[:, 1]
+        slopes = rate[:, None] * _wrapped(logs[1] - logs[0]) / SMALL_STEP
+        sure, change = _certain(width, logs[0], slopes)
+        if steps > SPLITS * len(sides) or not np.isfinite(change).all():
             return np.full(3, np.nan)
-        first, last = slopes.T * (b - a)
-        simpson = np.array([first, 6 * (mean + off) - first - last, last]) / 6  # of the cubic through both ends
-        path = s[::2] * np.exp(rate[:, 0] * (b - a) * np.array([[0.0], [0.5], [1.0]]))
+        begin, end = slopes.T * width
+        simpson = np.array([begin, 6 * change - begin - end, end]) / 6  # of the cubic through both ends
+        path = s[::2] * np.exp(rate * width * np.array([[0.0], [0.5], [1.0]]))
         total += (simpson * path ** np.arange(3)[:, None, None]).sum(axis=1).imag[:, sure].sum(axis=1)
+        kept.append(np.hstack([ends, logs[0], slopes])[sure])
         halves = [(n, a, 0.5 * (a + b), b) for (n, a, b), one in zip(open_steps, sure.tolist(), strict=True) if not one]
         open_steps = [half for n, a, middle, b in halves for half in ((n, a, middle), (n, middle, b))]
+    g.steps[region] = _joined_steps(np.vstack(kept))
     return total
+
+
+def _certain(width: Vector, logs: Vector, slopes: Vector) -> tuple[Vector, Vector]:
+    """Which steps (k,) of a width are certain by logarithms and slopes (k, 2) at their ends, and the change in each."""
+    mean = 0.5 * width * slopes.sum(axis=1)
+    off = _wrapped(logs[:, 1] - logs[:, 0] - mean)
+    return (np.abs(off) < SURE) & (width * np.abs(slopes[:, 1] - slopes[:, 0]) < BENT), mean + off
+
+
+def _joined_steps(kept: Vector) -> list[tuple[int, float, float]]:
+    """Steps in turn, two of them as one where that is certain too."""
+    kept = kept[np.lexsort(kept[:, 1::-1].real.T)]
+    pairs = [kept[k : len(kept) - 1 + k : 2] for k in range(2)]
+    one, two = (pair[: len(pairs[1])] for pair in pairs)
+    sure, _ = _certain((two[:, 2] - one[:, 1]).real, *(np.stack([one[:, k], two[:, k + 1]], axis=1) for k in (3, 5)))
+    left_out = 2 * np.flatnonzero(sure & (one[:, 0] == two[:, 0]))
+    ends = kept[:, :3].real.copy()
+    ends[left_out, 2] = ends[left_out + 1, 2]
+    return [(int(n), a, b) for n, a, b in np.delete(ends, left_out + 1, axis=0).tolist()]

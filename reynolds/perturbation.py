@@ -14,6 +14,7 @@ Cites: hamrock_2004, thesis.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -270,6 +271,10 @@ def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
     """Several films as one, which only the supply pressure has in common."""
     if len(films) == 1:
         return films[0]
+    parts = [(film.S_X, film.J_X, film.F_y.T, film.J_u[:, :-1]) for film in films]
+    widths = [part.shape[1] for one in parts for part in one]
+    columns = np.split(block_diag(*map(np.hstack, parts)), np.cumsum(widths)[:-1], axis=1)
+    S_X, J_X, F_y, J_u = (np.hstack(columns[k::4]) for k in range(4))
     supply = np.concatenate([film.J_u[:, -1:] for film in films])
     before = np.cumsum([0, *(len(film.S) for film in films)])
     every = [(film.J.data, film.J.indices + row) for film, row in zip(films, before, strict=False)]
@@ -278,23 +283,24 @@ def side_by_side(films: Sequence[LinearFilm]) -> LinearFilm:
     return LinearFilm(
         np.concatenate([film.S for film in films]),
         sparse.csc_matrix((data, rows, starts), (before[-1], before[-1])),
-        block_diag(*[film.S_X for film in films]),
-        block_diag(*[film.J_X for film in films]),
-        np.hstack([block_diag(*[film.J_u[:, :-1] for film in films]), supply]),
-        block_diag(*[film.F_y for film in films]),
+        S_X,
+        J_X,
+        np.hstack([J_u, supply]),
+        F_y.T,
     )
 
 
 def _ring_matrix(layout: Layout, w: np.ndarray) -> Any:
     """The five-point Jacobian as a sparse matrix, padded with empty plenum rows and columns."""
-    places, rows, starts = _ring_pattern(layout)
-    size = len(starts) - 1
-    return sparse.csc_matrix((w[places], rows, starts), (size, size))
+    places, pattern = _ring_pattern(layout)
+    matrix = copy(pattern)
+    matrix.data = w[places]
+    return matrix
 
 
 @lru_cache(maxsize=16)
-def _ring_pattern(layout: Layout) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places in the workspace of the terms of that Jacobian by columns, their rows, and where each column starts."""
+def _ring_pattern(layout: Layout) -> tuple[np.ndarray, Any]:
+    """Places in the workspace of the terms of that Jacobian by columns, and a matrix of its pattern."""
     nt, nr = layout.n_theta, layout.n_rows
     number = np.arange(nt * nr).reshape(nt, nr)
     at = cells(layout)
@@ -314,10 +320,12 @@ def _ring_pattern(layout: Layout) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rows, columns, places = (np.concatenate([np.ravel(e[part]) for e in entries]) for part in range(3))
     order = np.lexsort((rows, columns))
     starts = np.append(0, np.cumsum(np.bincount(columns, minlength=nt * nr + layout.n_inj)))
-    pattern = places[order], rows[order].astype(np.int32), starts.astype(np.int32)
-    for one in pattern:
+    size = len(starts) - 1
+    pattern = sparse.csc_matrix((np.zeros(len(order)), rows[order], starts), (size, size))
+    pattern.sort_indices()
+    for one in (pattern.indices, pattern.indptr):
         one.flags.writeable = False  # every film's matrix has these
-    return pattern
+    return places[order], pattern
 
 
 def _injector_rows(layout: Layout, w: np.ndarray, ix: np.ndarray, F: Any, index: np.ndarray, ring: Any) -> Any:

@@ -176,7 +176,7 @@ class LeastDamped:
 
     def node(self, speed: float) -> Node:
         """The modes at a speed [rad/s], none where the film does not carry."""
-        model = self._model(speed)
+        model = self.model(speed)
         return Node(speed, model, nothing(0) if model is None else self._modes(model))
 
     def place(self, node: Node) -> crossings.ModesAt:
@@ -186,7 +186,7 @@ class LeastDamped:
 
         def slopes(towards: float) -> np.ndarray:
             step = NEARBY * (towards - node.at)
-            pencil = self._model(node.at + step) if s.size else None
+            pencil = self.model(node.at + step) if s.size else None
             if pencil is None:
                 return np.full(s.size, np.nan)
             return np.asarray(np.imag(crossings.rates(modes, pencil) * s.conj()) * s.imag / (step * np.abs(s) ** 3))
@@ -214,9 +214,9 @@ class LeastDamped:
     def followed(self, speeds: Sequence[float]) -> Followed:
         """The modes followed over ascending speeds (n,) [rad/s]."""
         with one_thread():
-            return follow(self._model, speeds, self.region, self.hints)
+            return follow(self.model, speeds, self.region, self.hints)
 
-    def _model(self, size: float) -> LinearPlant | None:
+    def model(self, size: float) -> LinearPlant | None:
         """The linear model at a speed of this size [rad/s]; None where the film does not carry."""
         return at_speed(self.plant, self.pressure)(self.sense * size)
 
@@ -230,18 +230,25 @@ def first_loss(
     not whirl.
     """
     looked: list[Node] = []
-    complete = True
+    complete, every = True, list[bool]()
 
     def place(speed: float) -> crossings.ModesAt:
         looked.append(search.node(speed))
         return search.place(looked[-1])
 
+    def least(speed: float) -> tuple[float, float]:
+        model = search.model(speed)
+        damping, frequency, proven = (np.inf, np.nan, True) if model is None else search.among(model)
+        every.append(proven)
+        return damping, frequency
+
     for start in range(0, max(len(speeds) - 1, 1), AT_ONCE):
         steps = speeds[start : start + AT_ONCE + 1].tolist()
         nodes = [search.node(v) for v in steps] if followed else search.followed(steps).nodes
         looked += nodes
-        loss, decided = crossings.first_loss(place, [search.place(node) for node in nodes], xtol=1e-6, rtol=accuracy)
-        complete &= decided and all(node.pencil is None or node.modes.proven for node in looked)
+        known = [search.place(node) for node in nodes]
+        loss, decided = crossings.first_loss(place, known, least, xtol=1e-6, rtol=accuracy)
+        complete &= decided and all(every) and all(node.pencil is None or node.modes.proven for node in looked)
         if loss is not None:
             return *loss, float(complete)
     return float("nan"), float("nan"), float(complete and any(node.pencil is not None for node in looked))

@@ -320,13 +320,16 @@ def quoted(text: str, unit: str) -> str:
 
 def show(value: float, unit: str) -> str:
     """Text of an SI value in a unit people use; `parse` gives exactly the same value back."""
-    if unit == "1":
-        return _shortest(value)
+    return _shortest(value) if unit == "1" else _with_unit(float(value), unit)
+
+
+@lru_cache(maxsize=4096)
+def _with_unit(value: float, unit: str) -> str:
     kind = dimension(unit)
     if value == 0:
         return "0 " + kind.example.split(" ", 1)[1]
     fitting = [u for u in kind.people if abs(value) >= 0.1 * float(kind.factors[u])] or list(kind.people[:1])
-    decimal = Decimal(repr(float(value)))
+    decimal = Decimal(repr(value))
     for written in (fitting[-1], kind.people[-1]):
         scaled = float(decimal / Decimal(kind.factors[written]))
         for candidate in (float(f"{scaled:.12g}"), scaled):
@@ -358,6 +361,7 @@ def _shortest(value: float) -> str:
     return repr(float(value)).removesuffix(".0")
 
 
+@lru_cache(maxsize=4096)
 def _scaled(digits: str, factor: str, offset: str) -> float:
     plain = float(digits)
     if plain == 0 or not isfinite(plain):
@@ -365,6 +369,7 @@ def _scaled(digits: str, factor: str, offset: str) -> float:
     return float(Decimal(digits) * Decimal(factor) + Decimal(offset))
 
 
+@lru_cache(maxsize=1024)
 def _conversion(written: str, unit: str) -> tuple[str, str, str]:
     """Factor and offset from `written` to `unit`, and what is wrong with it (nothing if it is a unit of this kind)."""
     for spelling, plain in _SPELLINGS.items():

@@ -24,6 +24,7 @@ from rotorsim.base.units import advised, show, split
 from rotorsim.machine import machine_text, shipped_machines
 from rotorsim.machine.file_text import (
     entries,
+    kept_tables,
     parse,
     read_text,
     tables_of,
@@ -86,7 +87,7 @@ class Design:
         Edits of one path in one burst, as of one field while it has the keyboard, are undone together.
         """
         typed = typed.strip()
-        old = value_at(self.tables, path)
+        old = value_at(kept_tables(self.text), path)
         if not typed and old is None:
             return
         if typed and old is not None and typed == _shown(old):
@@ -259,7 +260,7 @@ class Design:
     def _value(self, path: str, typed: str) -> Any:
         """The value of a machine file for what was typed: a bare number has the unit that the field shows."""
         declared = next((spec for here, _, spec, _ in self._leaves() if here == path), None)
-        old = value_at(self.tables, path)
+        old = value_at(kept_tables(self.text), path)
         number = _number(typed)
         if declared is None:
             unit = split(old)[1] if isinstance(old, str) and _number(split(old)[0]) is not None else ""
@@ -387,6 +388,7 @@ def _shown(written: Any) -> str:
     return str(digits)
 
 
+@lru_cache(maxsize=1024)
 def _number(text: str) -> int | float | None:
     """A number that was typed; None for anything else."""
     for kind in (int, float):

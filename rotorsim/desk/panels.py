@@ -32,7 +32,7 @@ from rotorsim.analysis.sweep_definition import CARRIED, STABLE
 from rotorsim.base.errors import DataError
 from rotorsim.base.rounding import DAMPED
 from rotorsim.base.units import MPA, RPM, TO_HZ, TO_RPM, TO_UM
-from rotorsim.machine.file_text import tables_of, value_at
+from rotorsim.machine.file_text import kept_tables, value_at
 from rotorsim.machine.schema import Machine, leaves
 from rotorsim.plant import Plant
 from rotorsim.plant.mesh import Mesh
@@ -237,7 +237,7 @@ class DesignCase:
     @cached_property
     def stated(self) -> dict[str, list[str]]:
         """Paths of the values that the machine states and that can be changed, by kind."""
-        tables = tables_of(self.machine.text)
+        tables = kept_tables(self.machine.text)
         known = [path for path, value, spec, _ in leaves(self.machine)
                  if spec is not None and isinstance(value, float) and value > 0
                  and value_at(tables, path) is not None]  # fmt: skip
@@ -271,7 +271,7 @@ class DesignCase:
     def swept(self) -> dict[str, str]:
         """Clearances of the films, all together where they are one, else those of the first film; empty without any."""
         paths = [path for path in self.stated["bearings"] if path.endswith("clearance")]
-        tables = tables_of(self.machine.text)
+        tables = kept_tables(self.machine.text)
         together = len({str(value_at(tables, path)) for path in paths}) == 1
         return {("bearings.*.clearance" if together else path): CLEARANCES for path in paths[:1]}
 

@@ -9,7 +9,7 @@ from typing import Any
 from rotorsim.base.quantity import Quantity
 from rotorsim.base.units import show
 from rotorsim.desk.design import NEW, Design, _shown, unit_of
-from rotorsim.machine.file_text import value_at
+from rotorsim.machine.file_text import kept_tables, value_at
 from rotorsim.machine.schema import leaves
 
 GROUPS = {
@@ -35,7 +35,7 @@ ADDED = {"effects": ("effects.unbalance", "effects.gravity")}
 
 def listed(design: Design) -> list[dict[str, Any]]:
     """Groups of parts of a design for a page, those without parts that can be added included."""
-    tables = design.tables
+    tables = kept_tables(design.text)
     groups: dict[str, dict[str, dict[str, Any]]] = {key: {} for key in GROUPS}
     for path, value, declared, doc in _fields(design, tables):
         group, part, name = _place(path)

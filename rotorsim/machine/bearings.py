@@ -9,6 +9,7 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import pairwise
 from math import hypot
 from typing import Literal
@@ -191,12 +192,12 @@ class TableBearing(BearingMass):
     points: tuple[Point, ...] = Field(min_length=2, description="Coefficients by ascending speed.")
     support: Support | None = Field(None, description="The housing, where it moves.")
 
-    @property
+    @cached_property
     def whirl(self) -> np.ndarray:
         """Whirl frequencies (w,) [rad/s] of the table; none where it is over the speed alone."""
         return np.unique([p.whirl_frequency for p in self.points if p.whirl_frequency is not None])
 
-    @property
+    @cached_property
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
         """Speeds (s,) [rad/s] and stiffness and damping (s, w, 2, 2, 2) [N/m, N s/m]; w is 1 without a whirl axis."""
         values = np.array([(p.K, p.C) for p in self.points])

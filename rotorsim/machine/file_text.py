@@ -59,10 +59,13 @@ def parse(text: str) -> dict[str, Any]:
 
 def tables_of(text: str) -> dict[str, Any]:
     """Tables of a TOML text as of `parse`: a copy of those that are kept, at a tenth of the time."""
-    return deepcopy(_parsed(text))
+    return deepcopy(kept_tables(text))
 
 
-_parsed = lru_cache(maxsize=8)(parse)
+@lru_cache(maxsize=8)
+def kept_tables(text: str) -> dict[str, Any]:
+    """Tables of a TOML text as of `parse`, which stay as they are: nobody writes into them."""
+    return parse(text)
 
 
 def value_at(tables: Any, path: str) -> Any:
@@ -261,7 +264,7 @@ def _replaced(text: str, path: str, value: Any) -> str:
     It is ten times as quick as to parse the text with its comments, and the tables that it reads as are compared.
     """
     above, _, last = path.rpartition(".")
-    value, old = _plain(value), None if ANY in path else value_at(tables_of(text), path)
+    value, old = _plain(value), None if ANY in path else value_at(kept_tables(text), path)
     if not above or type(value) is not type(old) or not isinstance(value, (str, float)) or not str(value).isprintable():
         return ""
     lines = text.splitlines(keepends=True)

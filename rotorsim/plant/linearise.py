@@ -84,6 +84,13 @@ class LinearRotor:
     damping: np.ndarray
     Bf: np.ndarray
 
+    def at(self, s: np.ndarray) -> np.ndarray:
+        """Dynamic stiffness (k, m, m) without films at complex frequencies s (k,) [rad/s]."""
+        found = self.stiffness + s[:, None, None] * self.damping
+        diagonals = np.einsum("kii->ki", found)
+        diagonals += s[:, None] ** 2
+        return found
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LinearPlant(Shown):
@@ -320,7 +327,7 @@ class LinearPlant(Shown):
         force = -rotor.stiffness @ q - rotor.damping @ v
         if film is None:
             return np.concatenate([v, force])
-        gas = -film.J @ y - film.J_X @ (rotor.Bf @ q) - film.S_X @ (rotor.Bf @ v)
+        gas = -(film.J @ y) - film.J_X @ (rotor.Bf @ q) - film.S_X @ (rotor.Bf @ v)
         return np.concatenate([gas, v, force + rotor.Bf.T @ (film.F_y @ y)])
 
     def times_S(self, x: np.ndarray, transposed: bool = False) -> np.ndarray:
@@ -340,8 +347,7 @@ class LinearPlant(Shown):
         rotor = self.rotor
 
         def log_det(s: np.ndarray) -> np.ndarray:
-            x = s[:, None, None]
-            bare = rotor.stiffness + x * rotor.damping + x**2 * np.eye(len(rotor.stiffness))
+            bare = rotor.at(s)
             if self.film is None:
                 return log_of(bare)
             film = self.response.factors(s)
@@ -368,8 +374,8 @@ class ShiftedPlant:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Modal dynamic stiffness (k, m, m)."""
-        rotor, s = self.model.rotor, self.s[:, None, None]
-        bare = rotor.stiffness + s * rotor.damping + s**2 * np.eye(len(rotor.stiffness))
+        rotor = self.model.rotor
+        bare = rotor.at(self.s)
         return bare if self.film is None else bare + rotor.Bf.T @ self.film.Z @ rotor.Bf
 
     @cached_property
