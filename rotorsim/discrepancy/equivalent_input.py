@@ -43,8 +43,8 @@ from rotorsim.effects import REGISTRY
 
 GAIN, DELAY = "actuator_gain", "actuator_delay"
 """Effects whose sensitivities are those to the input of an injector; without the second one the plant is linear."""
-STEP = 0.02
-"""Relative step of an input's error in finite differences."""
+STEP, LATER = 0.02, 5e-5
+"""Relative step of a gain, and step of a delay [s], in finite differences."""
 BANDS = 8
 """Bands of frequency in which an input has one error."""
 SHOWN = 0.02
