@@ -51,13 +51,13 @@ from rotorsim.discrepancy.discovery import (
     ProposedLaw,
     after_choice,
     beyond_film,
+    beyond_steady,
     candidate_laws,
     cannot_tell,
     discovered,
     hysteretic,
     laws_of,
     not_excluded,
-    own_resonance,
     priced,
     promised_fall,
     solved,
@@ -820,12 +820,12 @@ class DiagnosisRun:
     ) -> bool:  # fmt: skip
         """Whether a law with this sum of squares may be an error of the model's form.
 
-        A constant one is that no group shows and that has no resonance of its own; with a gas film any that linear
-        forces, which change with the speed, nearly make.
+        A constant one is that no group shows, or that is late, unless stiffness, damping and mass do not nearly make it;
+        with a gas film any that linear forces, which change with the speed, nearly make.
         """
         if self.machine.film is not None:
             return not beyond_film(law, seen, base, cost)
-        return law.constant and not (flags or own_resonance(law, seen, base))
+        return law.constant and not ((flags and not law.late) or beyond_steady(law, seen, base))
 
     def _beyond_drift(self, law: ProposedLaw, other: NotRepeated) -> bool:
         """Whether a law explains clearly more than a drift does."""

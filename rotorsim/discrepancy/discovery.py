@@ -86,18 +86,18 @@ OF_FILM = (
 )
 """Note on a force that is not known from an error of the film's model."""
 NOT_IDENTIFIABLE = (
-    "a stiffness, damping, mass or delayed force at a place makes all records together agree clearly better, and no "
-    "group of lines shows it: which of these it is, and where, these records do not tell, nor from an error of the "
-    "model's form; record with probes near the places where such a force may act, at more speeds, or with more "
+    "a stiffness, damping, mass or delayed force at a place makes all records together agree clearly better: which of "
+    "these it is, and where, these records do not tell, nor from an error of the model's form; record with probes near the places where such a force may act, at more speeds, or with more "
     "excitation"
 )
-"""Note on a constant linear force that no group of lines shows."""
+"""Note on a constant linear force that no group of lines shows, or that is late."""
 EQUAL = 6.0
 """Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
 SIMPLEX = 0.05
 """First relative change of a number of a shape."""
 OF_RESONANCE = 2 * CLEAR
-"""Fall of the sum of squares by a hidden mass, below that by all of stiffness, damping and mass, that makes it one."""
+"""Fall of the sum of squares by a hidden mass or a late force, below that by all of stiffness, damping and mass, that
+makes it one."""
 BY_PLANT = 2 * OF_RESONANCE
 """Sum of squares by which a law may be better in the plant than by the linear model, whose film does not bend."""
 RIGID = 1e9
@@ -197,6 +197,11 @@ class ProposedLaw:
     def remembers(self) -> bool:
         """Whether a term has a memory."""
         return any(one.term.remembers for one in self.terms)
+
+    @property
+    def late(self) -> bool:
+        """Whether a term is a late force."""
+        return any(one.term.remembers and not one.term.resonates for one in self.terms)
 
     @property
     def constant(self) -> bool:
@@ -729,9 +734,9 @@ def _moved(
     ]  # fmt: skip
 
 
-def own_resonance(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
-    """Whether a hidden mass explains clearly more than all of stiffness, damping and mass do together at any place."""
-    if not any(one.term.resonates for one in law.terms):
+def beyond_steady(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) -> bool:
+    """Whether a hidden mass or a late force explains clearly more than stiffness, damping and mass do at any place."""
+    if not any(one.term.memory is not None for one in law.terms):
         return False
     return min(solved(seen, None, base, place, STEADY).cost for place in seen.motions) - law.cost > OF_RESONANCE
 
@@ -742,11 +747,10 @@ def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost
     It has to explain more than linear forces at any one place do that change with powers of the speed, too. A late
     force is never a law.
     """
-    late = any(one.term.remembers and not one.term.resonates for one in law.terms)
     changing = [LawTerm(term) for term in LIBRARY if term.linear and not (term.constant or term.memory)]
     forces = [*STEADY, *changing, *(LawTerm(term) for term in ORDER_FORCES)]
     least = [_left_by_films(seen, base), *(solved(seen, None, base, place, forces).cost for place in seen.motions)]
-    return not late and min(least) - cost > OF_RESONANCE
+    return not law.late and min(least) - cost > OF_RESONANCE
 
 
 def _left_by_films(seen: ObservedPlaces, base: ParameterFit) -> float:

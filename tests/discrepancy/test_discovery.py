@@ -27,6 +27,7 @@ from rotorsim.discrepancy.discovery import (
     ProposedLaw,
     _options,
     beyond_film,
+    beyond_steady,
     candidate_laws,
     cannot_tell,
     extended,
@@ -35,7 +36,6 @@ from rotorsim.discrepancy.discovery import (
     laws_of,
     load,
     named,
-    own_resonance,
     promised_fall,
     propose,
     solved,
@@ -1025,7 +1025,7 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=
     verdict = SearchVerdict("named", fits[best], tried=tuple(fits))
     models = SimpleNamespace(twin=SimpleNamespace(machine=machine))
     part = SimpleNamespace(with_twin=lambda twin: part, sigma=np.ones(1))
-    for name, value in (("laws_of", laws), ("CompiledModels.of", models), ("own_resonance", False),
+    for name, value in (("laws_of", laws), ("CompiledModels.of", models), ("beyond_steady", False),
                         ("stability_of", None), ("strained", []), ("promised_fall", 0.0)):  # fmt: skip
         monkeypatch.setattr(f"{room}.{name}", lambda *given, value=value: value)
     monkeypatch.setattr(f"{room}.discovered", lambda law, effect, p, near, *others: (law.names, list(near)))
@@ -1334,7 +1334,7 @@ def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known
     seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
             for part in parts.values()]  # fmt: skip
     law = propose(*seen, base)[0]
-    assert own_resonance(law, seen[0], base) == known
+    assert beyond_steady(law, seen[0], base) == known
     if known:
         assert dict(law.terms[0].shape)["resonance"] == pytest.approx(ABSORBER[0], rel=0.005)
 
