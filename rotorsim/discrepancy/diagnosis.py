@@ -820,8 +820,8 @@ class DiagnosisRun:
     ) -> bool:  # fmt: skip
         """Whether a law with this sum of squares may be an error of the model's form.
 
-        A constant one is that no group shows, or that is late, unless stiffness, damping and mass do not nearly make it;
-        with a gas film any that linear forces, which change with the speed, nearly make.
+        A constant one is that no group shows, or that is late, and that stiffness, damping and mass nearly make; with
+        a gas film any that linear forces, which change with the speed, nearly make.
         """
         if self.machine.film is not None:
             return not beyond_film(law, seen, base, cost)

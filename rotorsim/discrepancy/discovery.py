@@ -87,8 +87,8 @@ OF_FILM = (
 """Note on a force that is not known from an error of the film's model."""
 NOT_IDENTIFIABLE = (
     "a stiffness, damping, mass or delayed force at a place makes all records together agree clearly better: which of "
-    "these it is, and where, these records do not tell, nor from an error of the model's form; record with probes near the places where such a force may act, at more speeds, or with more "
-    "excitation"
+    "these it is, and where, these records do not tell, nor from an error of the model's form; record with probes near "
+    "the places where such a force may act, at more speeds, or with more excitation"
 )
 """Note on a constant linear force that no group of lines shows, or that is late."""
 EQUAL = 6.0
