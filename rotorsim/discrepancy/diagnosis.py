@@ -55,11 +55,11 @@ from rotorsim.discrepancy.discovery import (
     candidate_laws,
     cannot_tell,
     discovered,
-    hysteretic,
     laws_of,
     not_excluded,
     priced,
     promised_fall,
+    sliding_springs,
     solved,
     stability_of,
     with_rival,
@@ -93,7 +93,14 @@ from rotorsim.discrepancy.gap import (
     spectra_of,
     virtual_readings,
 )
-from rotorsim.discrepancy.hidden_mass import SolvedLaw, borne_out, by_linear_model, going_with, in_plant, stated
+from rotorsim.discrepancy.hidden_mass import (
+    SolvedLaw,
+    borne_out,
+    by_linear_model,
+    going_with,
+    in_plant,
+    law_with_memory,
+)
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     HARMONICS,
@@ -632,7 +639,7 @@ class DiagnosisRun:
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
             if found and isinstance(found, str) and unanswered and flags and self.machine.film is None:
-                found = self._with_hysteresis(base, flags, seen, own) or found
+                found = self._with_hysteresis(base, flags, seen, own, rivals) or found
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -746,6 +753,9 @@ class DiagnosisRun:
         if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
             return TOO_UNSTEADY.format(law.names)
         if law.remembers:
+            alone = [solved(seen["fit"], seen.get("held_out"), base, one.place, [replace(term, one=True)])
+                     for one in laws if len(one.terms) > 1 for term in one.terms if term.term.resonates]  # fmt: skip
+            laws = [*laws, *(replace(one, tried=law.tried) for one in alone)]
             return self._of_memory(base, flags, laws, known, notes)
         # next to a film the linear model adds terms for what the film's own bending makes: laws of one term come first
         first = [one for one in laws if self.machine.film is not None and len(one.terms) == 1]
@@ -783,8 +793,8 @@ class DiagnosisRun:
                                               and e.effects != best.keys and e.probability > EXCLUDED]  # fmt: skip
             p = 0.0 if best is None else probability_of(best.keys, odds)
             sure = p + sum(probability_of((name,), odds) for name in others if name in keys) >= SURE
-            borne_out = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
-            if best is None or not (borne_out and sure and known - priced(best) > CLEAR):
+            holds = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
+            if best is None or not (holds and sure and known - priced(best) > CLEAR):
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
@@ -808,11 +818,14 @@ class DiagnosisRun:
         )  # fmt: skip
 
     def _with_hysteresis(
-        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], notes: list[str]
-    ) -> Diagnosis | None:
+        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], notes: list[str],
+        rivals: Sequence[Hypothesis],
+    ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a spring behind dry friction, where no other law holds; None where it is not borne out."""
-        laws = hysteretic(seen["fit"], seen.get("held_out"), base)
-        found = self._of_memory(base, flags, laws, base.cost, notes)
+        others, springs = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, sliding_springs))
+        springs = [replace(one, tried=one.tried + others[0].tried) for one in springs]
+        known = min([base.cost, *map(priced, self._rivals_converged(rivals, springs[0].priced))])
+        found = self._of_memory(base, flags, springs, known, notes, others)
         return found if isinstance(found, Diagnosis) else None
 
     def _as_error_of_form(
@@ -832,12 +845,14 @@ class DiagnosisRun:
         return other.beyond_drift(law.columns(other.seen)) - PRICE * len(law.coefficients) >= CLEAR
 
     def _of_memory(
-        self, base: ParameterFit, flags: list[Misfit], laws: Sequence[ProposedLaw], known: float, notes: list[str]
+        self, base: ParameterFit, flags: list[Misfit], laws: Sequence[ProposedLaw], known: float, notes: list[str],
+        others: Sequence[ProposedLaw] = (),
     ) -> Diagnosis | str:  # fmt: skip
         """Diagnosis with the best of laws with a memory, by the linear model; a sentence where it is not borne out.
 
         A hidden mass is fitted to the plant. The plant cannot run the others: the calibration moves as each has it, and
-        the law is solved once more from there. The better of both solutions counts, with its calibration.
+        the law is solved once more from there. The better of both solutions counts, with its calibration. None of the
+        `others`, whose forms are not these, may explain the records as well.
         """
         before = {role: part.residual(base.point) for role, part in self.parts.items()}
         solutions = list[SolvedLaw]()
@@ -849,7 +864,7 @@ class DiagnosisRun:
             solutions.append(own or min(linear, key=lambda one: one.law.score))
         solutions.sort(key=lambda one: one.law.score)
         first, rivals = solutions[0], [one.law for one in solutions]
-        if not borne_out(first, rivals, self.parts, before, known):
+        if not borne_out(first, (*rivals, *others), self.parts, before, known):
             return NO_LAW.format(first.law.names)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
         gap = found.gap.copy(deep=True)
@@ -860,7 +875,7 @@ class DiagnosisRun:
         V = covariance(first.fit, self.fitted.layout.record)
         return replace(
             found, status="discovered", unknown={}, gap=gap, planner=None,
-            discovered=stated(first, rivals, known, law_places(self.machine)[first.law.place], V, chosen),
+            discovered=law_with_memory(first, rivals, known, law_places(self.machine)[first.law.place], V, chosen),
             calibration=calibration_of(first.fit, V, first.base.parameters) | self._clocks(first.fit.point),
             related=related_of(first.fit, V),
         )  # fmt: skip
@@ -1165,8 +1180,10 @@ class DiagnosisRun:
         That is from its sum of squares to that of a force at this order at any place, constant or growing with the
         square of the speed, of which a catalogue does not have all. Where the receptance changes as little with the
         speed as a reading does, the records do not choose between them; a force that grows in any other way would make
-        every motion. None for another one, for the first order, at which a bow is such a force and unbalances are
-        calibrated, and for records of which no place is observed.
+        every motion. Neither pays for its numbers: where both do nearly as well there is no name.
+
+        None for another one, for the first order, at which a bow is such a force and unbalances are calibrated, and for
+        records of which no place is observed.
         """
         fitted = [h for h in verdict.fitted if not h.failed]
         best = max(fitted, key=lambda h: (probability_of(h.keys, odds), -h.fit.cost), default=None)

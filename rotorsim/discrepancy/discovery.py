@@ -229,7 +229,7 @@ def propose(
     return [law for law, *_ in _by_place(fit, held, base, most)]
 
 
-def hysteretic(fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
+def sliding_springs(fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
     """A spring behind dry friction at the places that the records do not tell apart, the best one first."""
     laws = [law for law, _ in _by_place(fit, held, base, 1, (HYSTERESIS,))]
     return [law for law in laws if law.score < laws[0].score + NEAR][:MOST_LAWS]

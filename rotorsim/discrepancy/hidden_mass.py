@@ -14,7 +14,7 @@ Cites: friswell_2010.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,18 +29,16 @@ from rotorsim.discrepancy.fit import MOST_ROUNDS, ParameterFit, fit_parameters
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
 from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
-from rotorsim.discrepancy.machine_file import short
+from rotorsim.discrepancy.machine_file import SAME_PLACE, short
 from rotorsim.discrepancy.stability import Stability
 from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST
 from rotorsim.machine import Machine
 
-FREE = 1e-6
+UNHELD = 1e-6
 """Stiffness [N/m] to the ground of a housing that nothing holds."""
-NEAREST = 1e-6
-"""Distance [m] from a bearing within which no other one can stand."""
-SETTLED = 1.0
+FIT_ENDED = 1.0
 """Fall of the sum of squares below which a fit has ended."""
-NUMBERS = tuple(FitParameter(key, 0.01) for key in ("mass", "resonance", "damping_ratio"))
+MASS_NUMBERS = tuple(FitParameter(key, 0.01, low=-3.0, high=3.0) for key in ("mass", "resonance", "damping_ratio"))
 """Parameters of a fit: logarithms of the mass' numbers over those with which the fit begins."""
 
 
@@ -65,7 +63,7 @@ class HiddenMass:
     def table(self) -> dict[str, Any]:
         """The bearing of a machine file that it is."""
         stiffness, damping = self.mass * self.resonance**2, 2 * self.damping_ratio * self.resonance * self.mass
-        support = {"mass": show(short(self.mass), "kg"), "kxx": show(FREE, "N/m")}
+        support = {"mass": show(short(self.mass), "kg"), "kxx": show(UNHELD, "N/m")}
         return {"kind": "linear", "position": show(self.position, "m"), "kxx": show(short(stiffness), "N/m"),
                 "cxx": show(short(damping), "N*s/m"), "support": support}  # fmt: skip
 
@@ -88,33 +86,33 @@ class HiddenMass:
 
 @dataclass(frozen=True)
 class WithMass:
-    """Records compared with a twin that has a hidden mass, `start` changed by `NUMBERS`."""
+    """Records compared with a twin that has a hidden mass, `start` changed by `MASS_NUMBERS`."""
 
     comparison: TwinComparison
     start: HiddenMass
 
     def mass(self, point: ParameterPoint) -> HiddenMass:
         """The hidden mass at a point."""
-        changed = {k.key: getattr(self.start, k.key) * math.exp(point.values.get(k, 0.0)) for k in NUMBERS}
+        changed = {k.key: getattr(self.start, k.key) * math.exp(point.values.get(k, 0.0)) for k in MASS_NUMBERS}
         return replace(self.start, **changed)
 
     def residual(self, point: ParameterPoint) -> np.ndarray:
         """Whitened residual (n,) of the plant at a point."""
         twin = self.comparison.twin
         own = replace(twin, machine=self.mass(point).added_to(twin.machine)).with_candidates()
-        calibration = {k: value for k, value in point.values.items() if k not in NUMBERS}
+        calibration = {k: value for k, value in point.values.items() if k not in MASS_NUMBERS}
         return self.comparison.with_twin(own).residual(replace(point, values=calibration))
 
     def columns(self, point: ParameterPoint, residual: np.ndarray) -> np.ndarray:
-        """Whitened derivatives (n, 3) after `NUMBERS` at a point with this residual."""
-        moved = [self.residual(point.moved([k], np.array([k.step]))) for k in NUMBERS]
-        return np.column_stack([(residual - r) / k.step for k, r in zip(NUMBERS, moved, strict=True)])
+        """Whitened derivatives (n, 3) after `MASS_NUMBERS` at a point with this residual."""
+        moved = [self.residual(point.moved([k], np.array([k.step]))) for k in MASS_NUMBERS]
+        return np.column_stack([(residual - r) / k.step for k, r in zip(MASS_NUMBERS, moved, strict=True)])
 
 
 def mass_of(law: ProposedLaw, machine: Machine) -> HiddenMass | None:
     """The hidden mass that a law is; None for another law, one that differs along x and y, and one at a bearing."""
     one, z = law.terms[0], law_places(machine)[law.place]
-    at_bearing = any(abs(b.position - z) < NEAREST for b in machine.bearings)
+    at_bearing = any(abs(b.position - z) < SAME_PLACE for b in machine.bearings)
     if len(law.terms) > 1 or not (one.term.resonates and one.one) or at_bearing or law.coefficients[0] <= 0:
         return None
     return HiddenMass(z, float(law.coefficients[0]), **dict(one.shape))
@@ -124,7 +122,7 @@ def fit_mass(
     start: HiddenMass, law: ProposedLaw, base: ParameterFit, comparison: TwinComparison, progress: Callable[[], None]
 ) -> ParameterFit:  # fmt: skip
     """Fit a hidden mass to the plant, together with the calibration of `base`, from that which goes with the law."""
-    own, keys = WithMass(comparison, start), (*base.parameters, *NUMBERS)
+    own, keys = WithMass(comparison, start), (*base.parameters, *MASS_NUMBERS)
     v = within(base.parameters, base.vector + law.moved)
     point = base.point.moved(base.parameters, v - base.vector)
     r, cost = own.residual(point), math.inf
@@ -132,7 +130,7 @@ def fit_mass(
         J = np.hstack([base.J, own.columns(point, r)])
         fit = fit_parameters(own, point, keys, J, r, progress=progress)
         point, r = fit.point, fit.residual
-        if cost - fit.cost < SETTLED:
+        if cost - fit.cost < FIT_ENDED:
             break
         cost = fit.cost
     return replace(fit, J=np.hstack([base.J, own.columns(point, r)]))
@@ -159,12 +157,8 @@ class SolvedLaw:
         own = dict(zip((k.key for k in self.fit.parameters), np.sqrt(np.diag(V)).tolist(), strict=True))
         if self.mass is None:
             return {key: own[key] for one in self.law.terms for key in one.parameters}
-        return {name_of(key, self.law): own[key] * getattr(self.mass, key) for key in (k.key for k in NUMBERS)}
-
-
-def name_of(key: str, law: ProposedLaw) -> str:
-    """Name of a number of a hidden mass among those of a law."""
-    return law.terms[0].parameters[0] if key == "mass" else key
+        names = {"mass": self.law.terms[0].parameters[0]}
+        return {names.get(k.key, k.key): own[k.key] * getattr(self.mass, k.key) for k in MASS_NUMBERS}
 
 
 def by_linear_model(law: ProposedLaw, base: ParameterFit, parts: Mapping[str, ObservedPlaces]) -> SolvedLaw:
@@ -199,12 +193,12 @@ def going_with(law: ProposedLaw, fit: ParameterFit) -> ParameterPoint:
 
 
 def borne_out(
-    first: SolvedLaw, laws: Sequence[ProposedLaw], parts: Mapping[str, TwinComparison],
+    first: SolvedLaw, laws: Iterable[ProposedLaw], parts: Mapping[str, TwinComparison],
     before: Mapping[str, np.ndarray], known: float,
 ) -> bool:  # fmt: skip
     """Whether what a law with a memory leaves of the records bears it out.
 
-    `before` has the whitened residuals by role without it, `laws` all that were solved. Another form that explains the
+    `before` has the whitened residuals by role without it, `laws` all others. Another form that explains the
     records as well refutes it, and so does a sum of squares that is not clearly below the `known` one.
     """
     law, gone = first.law, list[float | None]()
@@ -219,7 +213,7 @@ def borne_out(
     return clear and all(share is None or share >= LEAST_GONE["named"] for share in gone)
 
 
-def stated(
+def law_with_memory(
     first: SolvedLaw, laws: Sequence[ProposedLaw], known: float, position: float, V: np.ndarray,
     chosen: Stability | None,
 ) -> DiscoveredLaw:  # fmt: skip

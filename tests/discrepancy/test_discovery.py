@@ -32,12 +32,12 @@ from rotorsim.discrepancy.discovery import (
     cannot_tell,
     extended,
     fed_power,
-    hysteretic,
     laws_of,
     load,
     named,
     promised_fall,
     propose,
+    sliding_springs,
     solved,
     spread_of,
     with_rival,
@@ -1320,7 +1320,7 @@ def test_a_spring_behind_dry_friction_is_found_at_its_place(reach, monkeypatch):
     parts, base, _ = calibrated(case)
     seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
             for part in parts.values()]  # fmt: skip
-    best = hysteretic(*seen, base)[0]
+    best = sliding_springs(*seen, base)[0]
     assert best.place == place_of(case) and best.coefficients == pytest.approx(case.size, rel=0.1)
     assert dict(best.terms[0].shape)["reach"] == pytest.approx(reach, rel=0.15)
 
