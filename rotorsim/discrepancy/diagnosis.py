@@ -59,7 +59,7 @@ from rotorsim.discrepancy.discovery import (
     not_excluded,
     priced,
     promised_fall,
-    sliding_springs,
+    remembering,
     solved,
     stability_of,
     with_rival,
@@ -639,7 +639,7 @@ class DiagnosisRun:
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
             if found and isinstance(found, str) and unanswered and flags and self.machine.film is None:
-                found = self._with_hysteresis(base, flags, seen, own, rivals) or found
+                found = self._with_memory(base, flags, seen, own, rivals) or found
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -753,9 +753,6 @@ class DiagnosisRun:
         if apart and sum(f.excess for f in apart) > (1 - ENOUGH) * sum(f.excess for f in flags):
             return TOO_UNSTEADY.format(law.names)
         if law.remembers:
-            alone = [solved(seen["fit"], seen.get("held_out"), base, one.place, [replace(term, one=True)])
-                     for one in laws if len(one.terms) > 1 for term in one.terms if term.term.resonates]  # fmt: skip
-            laws = [*laws, *(replace(one, tried=law.tried) for one in alone)]
             return self._of_memory(base, flags, laws, known, notes)
         # next to a film the linear model adds terms for what the film's own bending makes: laws of one term come first
         first = [one for one in laws if self.machine.film is not None and len(one.terms) == 1]
@@ -817,15 +814,15 @@ class DiagnosisRun:
             discovered=law_found,
         )  # fmt: skip
 
-    def _with_hysteresis(
+    def _with_memory(
         self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], notes: list[str],
         rivals: Sequence[Hypothesis],
     ) -> Diagnosis | None:  # fmt: skip
-        """Diagnosis with a spring behind dry friction, where no other law holds; None where it is not borne out."""
-        others, springs = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, sliding_springs))
-        springs = [replace(one, tried=one.tried + others[0].tried) for one in springs]
-        known = min([base.cost, *map(priced, self._rivals_converged(rivals, springs[0].priced))])
-        found = self._of_memory(base, flags, springs, known, notes, others)
+        """Diagnosis with a law of one term with a memory, where no other law holds; None where it is not borne out."""
+        others, laws = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, remembering))
+        laws = [replace(one, tried=one.tried + others[0].tried) for one in laws]
+        known = min([base.cost, *map(priced, self._rivals_converged(rivals, min(one.priced for one in laws)))])
+        found = self._of_memory(base, flags, laws, known, notes, others)
         return found if isinstance(found, Diagnosis) else None
 
     def _as_error_of_form(

@@ -229,10 +229,16 @@ def propose(
     return [law for law, *_ in _by_place(fit, held, base, most)]
 
 
-def sliding_springs(fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
-    """A spring behind dry friction at the places that the records do not tell apart, the best one first."""
-    laws = [law for law, _ in _by_place(fit, held, base, 1, (HYSTERESIS,))]
-    return [law for law in laws if law.score < laws[0].score + NEAR][:MOST_LAWS]
+def remembering(fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
+    """A hidden mass alone, and a spring behind dry friction, each at the places that the records do not tell apart.
+
+    A large mass moves the shaft so much that the linear model proposes other terms with it.
+    """
+    mass = tuple(term for term in LIBRARY if term.resonates)
+    masses = [replace(solved(fit, held, base, law.place, [replace(one, one=True) for one in law.terms]),
+                      tried=law.tried) for law, _ in _by_place(fit, held, base, 1, mass)]  # fmt: skip
+    springs = [law for law, _ in _by_place(fit, held, base, 1, (HYSTERESIS,))]
+    return [law for laws in (masses, springs) for law in laws if law.score < laws[0].score + NEAR]
 
 
 def _by_place(
@@ -404,7 +410,7 @@ def solved(
         there = np.column_stack([one.columns(held, place) for one in terms])
         left = held.residual - held.J @ x[:k] - there @ x[k:]
         misfit = float(left @ left)
-    sd = np.sqrt(np.diag(answer(np.linalg.pinv, A.T @ A))) / size
+    sd = np.sqrt(np.maximum(np.diag(answer(np.linalg.pinv, A.T @ A)), 0.0)) / size
     cost = float(np.sum((b - A @ scaled) ** 2))
     left_over = excess(table(fit.comparison, after))
     return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])

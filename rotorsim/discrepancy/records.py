@@ -174,10 +174,11 @@ def check_ring(machine: Machine, trial: Trial) -> None:
         )
 
 
-def open_records(sources: Iterable[Source], mapping: Any = None) -> list[tuple[str, xr.Dataset]]:
+def open_records(sources: Source | Iterable[Source], mapping: Any = None) -> list[tuple[str, xr.Dataset]]:
     """Names and Datasets of records, no two of one name; a folder gives its .nc files, sorted by name."""
     out: list[tuple[tuple[str, ...], xr.Dataset]] = []
-    for i, source in enumerate(sources):
+    alone = isinstance(sources, (str, Path)) or hasattr(sources, "attrs")
+    for i, source in enumerate([sources] if alone else sources):
         if not isinstance(source, (str, Path)):
             out.append(((str(source.attrs.get("record", f"record {i + 1}")),), source))
             continue

@@ -86,5 +86,7 @@ def test_records_of_one_name_in_two_folders_stay_two_records(tmp_path):
     files = sorted(tmp_path.rglob("*.nc"))
     names = [f"{file.parent.name}/steady" for file in files]
     assert [name for name, _ in open_records(files)] == names
+    assert [name for name, _ in open_records(str(files[0]))] == ["steady"]
+    assert len(open_records(open_records(files[0])[0][1])) == 1
     assert [name for name, _ in open_records([files[0], *files])] == [f"{names[0]} (1)", f"{names[0]} (2)", names[1]]
     assert len(_simultaneous(make_trials(machine, open_records(files), "fit"))) == 2

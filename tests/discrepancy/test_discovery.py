@@ -37,7 +37,7 @@ from rotorsim.discrepancy.discovery import (
     named,
     promised_fall,
     propose,
-    sliding_springs,
+    remembering,
     solved,
     spread_of,
     with_rival,
@@ -835,7 +835,7 @@ def beyond_the_catalogue(
     monkeypatch.setattr(run, "_seen", lambda part, base: SimpleNamespace(J=base.J))
     monkeypatch.setattr(run, "_with_shear", lambda fit: best_converged if fit is best else converged)
     monkeypatch.setattr(run, "_discovered", lambda *given: discovered(notes))
-    monkeypatch.setattr(run, "_with_hysteresis", lambda *given: None)
+    monkeypatch.setattr(run, "_with_memory", lambda *given: None)
     monkeypatch.setattr(run, "_law_promises", lambda *given: promises)
     monkeypatch.setattr(run, "_result", lambda base, flags, judgement, search, notes: Stated(judgement=judgement))
     odds = (Explanation(BOW, False, 1.0, 1e-3, True, 0.96), Explanation((), False, 1.0, 1e-3, True, 0.04))
@@ -1320,7 +1320,7 @@ def test_a_spring_behind_dry_friction_is_found_at_its_place(reach, monkeypatch):
     parts, base, _ = calibrated(case)
     seen = [ObservedPlaces.of(part, base, part.residual(base.point), part.jacobian(base.point, base.parameters))
             for part in parts.values()]  # fmt: skip
-    best = sliding_springs(*seen, base)[0]
+    best = next(law for law in remembering(*seen, base) if law.forms == ("hysteresis",))
     assert best.place == place_of(case) and best.coefficients == pytest.approx(case.size, rel=0.1)
     assert dict(best.terms[0].shape)["reach"] == pytest.approx(reach, rel=0.15)
 
