@@ -420,8 +420,8 @@ class Stages:
             return
         order = list(STAGES)
         anew = stage in order[:2] and self.stage in order[order.index("show") :]  # another diagnosis of a loop
-        if self.stage and not anew:
-            stage = max(stage, self.stage, key=order.index)
+        if self.stage and not anew and order.index(stage) < order.index(self.stage):
+            stage, most = self.stage, 0
         self.steps = self.steps + 1 if stage == self.stage else 1
         new, self.stage = stage != self.stage, stage
         now = time.monotonic()

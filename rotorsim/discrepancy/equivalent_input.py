@@ -153,7 +153,7 @@ def _of_all(
     near = _of_file(comparison, {k for _, own in alone for k in own})
     found, begins = list[EquivalentInput](), [(start, dict[int, Pair]()), (base, dict[int, Pair]())]
     for sources in filter(None, (axes, alone)):
-        tangents = [_foretold(comparison, begin, sources, columns or near) for begin, columns in begins]
+        tangents = [_foretold(comparison, begin, sources, {**near, **columns}) for begin, columns in begins]
         if max(_share_taken(base, *one) for one in tangents) < PROMISED:
             continue
         for begin, columns in begins:
@@ -244,10 +244,10 @@ def _solved(
     more after the first step.
     """
     n, errors = len(base.parameters), np.zeros(2 * BANDS * len(sources))
-    fresh = not columns
+    fresh = {k for _, own in sources for k in own} - set(columns)
     for number in range(MOST_ROUNDS):
         if fresh and number < 2:
-            columns |= _columns(comparison, base, {k for _, own in sources for k in own})
+            columns |= _columns(comparison, base, fresh)
         if number == 0 or (fresh and number == 1):
             tangent = InputTangent.of(comparison, base, sources, columns)
         p, J = prior_rows(tangent.parameters), tangent.J

@@ -294,7 +294,9 @@ def wandering_speed(trials: Sequence[Trial]) -> StochasticForce | None:
         d = lines - q
         turned = d @ (q / size).conj()
         S = np.cov(np.array([turned.imag, turned.real]))
-        near = t.spectra[:, : len(t.channels), max(k - AROUND, 1) : k + AROUND + 1]
+        around = np.arange(max(k - AROUND, 1), min(k + AROUND + 1, len(t.frequencies)))
+        order = np.round(around / k)
+        near = t.spectra[:, : len(t.channels), around[(order < 2) | (np.abs(around - order * k) > 1)]]
         near = near - near.mean(axis=0)
         across = near - (q / size)[:, None] * ((q / size).conj() @ near)[:, None]
         rest = max(float(np.sum(np.abs(across) ** 2)), 1e-300) / (n * near.shape[2] * (m - 2))

@@ -412,7 +412,8 @@ def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: n
         return False
     lines = block_lines(displacement, len(rows) - blocks * length, length, blocks, len(excited))[:, :, excited]
     change, size = (float(np.linalg.norm(one)) for one in (lines[0] - lines[-1], lines[-1]))
-    later = max((float(np.linalg.norm(a - b)) for a, b in combinations(lines[1:], 2)), default=0.0)
+    # a motion that fades slowly changes among the first blocks too, what does not repeat among all of them
+    later = max((float(np.linalg.norm(a - b)) for a, b in combinations(lines[blocks // 2 :], 2)), default=0.0)
     return change < max(UNSETTLED * size, ONSET * later)
 
 

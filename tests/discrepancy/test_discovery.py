@@ -489,6 +489,21 @@ def test_a_wander_is_found_where_the_few_blocks_of_a_record_do_not_show_its_nois
     assert (found := wandering_speed(blocks)) and found.size[0] == pytest.approx(0.03, abs=3 * found.sd[0])
 
 
+def test_a_second_order_that_scatters_is_no_noise_of_a_wander():
+    """Twice the line at 1X is within four lines of it."""
+    trials, rng = (
+        blocks_at_1x(lambda q, rng: q * (np.exp(0.05j * rng.normal()) - 1), blocks=10),
+        np.random.default_rng(1),
+    )
+    for t in trials:
+        t.spectra[:, :, 4] = t.spectra[:, :, 5]
+        t.spectra[:, :, 5] = t.spectra[:, :, 6]
+        t.spectra[:, :, 8] += 1e-6 * (1 + 0.2 * rng.normal(size=(10, 2)))
+        t.speed = 2 * np.pi * 8.0
+    found = wandering_speed(trials)
+    assert found.kind == "speed wander" and found.size[0] == pytest.approx(0.05, abs=3 * found.sd[0])
+
+
 @pytest.mark.parametrize("blocks", [3, 4, 8])
 def test_four_hundred_records_of_noise_show_no_wander(blocks):
     """Each record has a variance of its own, which fits chance better than one of all: that adds up."""

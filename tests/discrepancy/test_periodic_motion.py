@@ -182,6 +182,16 @@ def test_a_record_that_shows_the_onset_begins_at_rest(models):
     assert not trial_of(rows, models.twin.run({}, rows, 0.0)[:, :2], 0.0, "onset").settled
 
 
+@pytest.mark.parametrize("damping_ratio", [5e-4, 0.001, 0.002, 0.005])
+def test_a_motion_that_begins_at_rest_and_fades_slowly_is_an_onset(damping_ratio):
+    """A mode of 61.25 Hz rings down over ten blocks of .8 s, less from one to the next."""
+    rows = np.tile(shaken(0.0)[:4000], (10, 1))
+    t = np.arange(len(rows)) * 2e-4
+    ringing = 1e-5 * np.exp(-damping_ratio * 2 * np.pi * 61.25 * t) * np.cos(2 * np.pi * 61.25 * t)
+    moved = 1e-6 * np.column_stack([rows[:, 4], rows[:, 5]]) - np.column_stack([ringing, ringing])
+    assert not trial_of(rows, moved, 0.0, "onset").settled
+
+
 def test_a_line_that_does_not_repeat_is_no_onset():
     """It leaks into all lines: between any two blocks they change by as much as from the first to the last."""
     rows = shaken(0.0)
