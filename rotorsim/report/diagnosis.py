@@ -219,7 +219,9 @@ def _law(law: DiscoveredLaw) -> Block:
         "Force at the place over its motion: dots are the records, the line is the law, its band two standard "
         "deviations of its numbers, taken one by one."
     )
-    return Block("The law that was discovered", text, heads, rows, texts=texts, figure=figure, code=law.law)
+    return Block(
+        "The law that was discovered", text if law.curve else "", heads, rows, texts=texts, figure=figure, code=law.law
+    )
 
 
 def _shape(shape: ForceShape) -> Block:
