@@ -51,7 +51,7 @@ class HiddenMass:
     >>> import rotorsim as rs
     >>> mass = rs.discrepancy.hidden_mass.HiddenMass(0.3, mass=0.01, resonance=400.0, damping_ratio=0.02)
     >>> mass.table["kxx"], mass.table["support"]["mass"]
-    ('1600 N/m', '0.01 kg')
+    ('1600 N/m', '10 g')
     """
 
     position: float
