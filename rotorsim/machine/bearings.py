@@ -8,11 +8,11 @@ Cites: friswell_2010.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from itertools import pairwise
 from math import hypot
-from typing import Literal
+from typing import Any, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -195,14 +195,21 @@ class TableBearing(BearingMass):
     @cached_property
     def whirl(self) -> np.ndarray:
         """Whirl frequencies (w,) [rad/s] of the table; none where it is over the speed alone."""
-        return np.unique([p.whirl_frequency for p in self.points if p.whirl_frequency is not None])
+        return _fixed(np.unique([p.whirl_frequency for p in self.points if p.whirl_frequency is not None]))
 
     @cached_property
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
         """Speeds (s,) [rad/s] and stiffness and damping (s, w, 2, 2, 2) [N/m, N s/m]; w is 1 without a whirl axis."""
         values = np.array([(p.K, p.C) for p in self.points])
         speeds = np.unique([p.speed for p in self.points])
-        return speeds, values.reshape(len(speeds), -1, 2, 2, 2)
+        return _fixed(speeds), _fixed(values.reshape(len(speeds), -1, 2, 2, 2))
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with arrays of its own points."""
+        copied = super().model_copy(update=update, deep=deep)
+        for name in ("whirl", "grid"):
+            copied.__dict__.pop(name, None)
+        return copied
 
     @property
     def speeds(self) -> np.ndarray:
@@ -278,6 +285,12 @@ class TableBearing(BearingMass):
                 "points",
                 f"at '{speed}' the whirl_frequency '{whirl}' is missing; every speed needs the same ones",
             )
+
+
+def _fixed(values: np.ndarray) -> np.ndarray:
+    """An array that is kept, and so may not be written to."""
+    values.flags.writeable = False
+    return values
 
 
 def _between(axis: np.ndarray, values: np.ndarray, at: float) -> np.ndarray:

@@ -71,3 +71,13 @@ def test_every_kind_of_bearing_says_what_rotor_limits_and_drawings_ask():
     assert table.coefficients[0].shape == table.coefficients[1].shape == (2, 2, 2)
     assert [one.ends for one in (linear, table)] == [(0.01, 0.01)] * 2
     assert film.ends == pytest.approx((-0.01, 0.03))
+
+
+def test_arrays_that_a_table_keeps_are_not_written_to_and_a_copy_has_those_of_its_own_points():
+    points = [{"speed": "0 rpm", "whirl_frequency": f"{w} rad/s", "kxx": f"{k} MN/m"} for w, k in ((0, 1), (9, 2))]
+    bearing = rs.machine.TableBearing(kind="table", position="10 mm", points=points)
+    assert not any(one.flags.writeable for one in (*bearing.grid, bearing.whirl))
+    stiff = bearing.points[1].model_copy(update={"kxx": 7e6, "whirl_frequency": 3.0})
+    other = bearing.model_copy(update={"points": (bearing.points[0], stiff)})
+    assert other.whirl.tolist() == [0.0, 3.0] and other.at(0.0, 3.0)[0][0, 0] == 7e6
+    assert bearing.whirl.tolist() == [0.0, 9.0] and bearing.at(0.0, 9.0)[0][0, 0] == 2e6
