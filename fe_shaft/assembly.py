@@ -498,40 +498,18 @@ def modal_reduction(
     (8, 8)
     """
     _check_reduction(rotor, springs, n_modes)
-    M, omega, Phi = _modes_kept(rotor, springs, n_modes, loads)
-    modal_damping = _damping_of(omega, damping_ratio)
-    if rotor.layout.pedestals and modal_damping.any():
-        modal_damping = _shaft_damping(rotor, springs, n_modes, damping_ratio, M, Phi)
-    shifts = rigid_motions(rotor)[:, :2].T
-    K, C, G = (Phi.T @ matrix @ Phi for matrix in (rotor.K(), rotor.C(), rotor.G()))
-    participation = shifts @ (M - rotor.parts.M_bearings) @ Phi
-    return ReducedRotor(Phi, K, C + modal_damping, G, omega, participation, modal_damping)
-
-
-def _modes_kept(
-    rotor: AssembledRotor, springs: Mapping[int, float], n_modes: int, loads: Matrix | None = None
-) -> tuple[Matrix, Matrix, Matrix]:
-    """Mass matrix, frequencies [rad/s] and modes of both planes, which are computed once where the planes are alike."""
-    M, axes = rotor.M(), rotor.layout.axes
-    held = add_springs(rotor.K(), rotor, springs)
-    x, y = (np.flatnonzero(np.isin(axes, dofs)) for dofs in ((0, 3), (1, 2)))
-    omega, Phi = _plane_modes(M, held, axes, (0, 3), n_modes, loads)
-    turn = np.where(axes[y] == 2, -1.0, 1.0)  # alpha turns the other way
-    if loads is None and all(
-        np.array_equal(one[np.ix_(x, x)], turn[:, None] * one[np.ix_(y, y)] * turn) for one in (M, held)
-    ):
-        turned = np.zeros_like(Phi)
-        turned[y] = turn[:, None] * Phi[x]
-        return M, np.tile(omega, 2), np.hstack([Phi, turned])
-    more, across = _plane_modes(M, held, axes, (1, 2), n_modes, loads)
-    return M, np.concatenate([omega, more]), np.hstack([Phi, across])
-
-
-def _damping_of(omega: Matrix, damping_ratio: ArrayLike) -> Matrix:
-    """Diagonal modal damping (2n, 2n) [1/s] of frequencies (2n,) [rad/s], those of x before those of y."""
+    M, K, C, G = rotor.M(), rotor.K(), rotor.C(), rotor.G()
+    held = add_springs(K, rotor, springs)
+    planes = [_plane_modes(M, held, rotor.layout.axes, dofs, n_modes, loads) for dofs in ((0, 3), (1, 2))]
+    omega, Phi = (np.concatenate(parts, axis=-1) for parts in zip(*planes, strict=True))
     ratios = np.atleast_1d(damping_ratio)
     ratio = ratios[np.minimum(np.arange(len(omega) // 2), len(ratios) - 1)]
-    return np.diag(2 * np.tile(ratio, 2) * omega)
+    modal_damping = np.diag(2 * np.tile(ratio, 2) * omega)
+    if rotor.layout.pedestals and ratio.any():
+        modal_damping = _shaft_damping(rotor, springs, n_modes, damping_ratio, M, Phi)
+    shifts = rigid_motions(rotor)[:, :2].T
+    C, G = Phi.T @ C @ Phi + modal_damping, Phi.T @ G @ Phi
+    return ReducedRotor(Phi, Phi.T @ K @ Phi, C, G, omega, shifts @ (M - rotor.parts.M_bearings) @ Phi, modal_damping)
 
 
 def _shaft_damping(
@@ -542,9 +520,9 @@ def _shaft_damping(
     held = [replace(b, n_link=None) for b in rotor.bearing_elements if b.n < rotor.n_nodes]
     masses = [m for m in rotor.point_mass_elements if m.n < rotor.n_nodes]
     shaft = replace(rotor, bearing_elements=held, point_mass_elements=masses)
-    _, omega, own = _modes_kept(shaft, springs, min(n_modes, 2 * rotor.n_nodes))
-    P = own[:n].T @ M[:n, :n] @ Phi[:n]
-    return P.T @ _damping_of(omega, damping_ratio) @ P
+    own = modal_reduction(shaft, springs, min(n_modes, 2 * rotor.n_nodes), damping_ratio)
+    P = own.Phi[:n].T @ M[:n, :n] @ Phi[:n]
+    return P.T @ own.modal_damping @ P
 
 
 def add_springs(K: Matrix, rotor: AssembledRotor, springs: Mapping[int, float]) -> Matrix:
