@@ -742,7 +742,7 @@ class DiagnosisRun:
         law = laws[0]
         rival = min(self._rivals_converged(rivals, law.priced), key=priced, default=None)
         known = base.cost if rival is None else min(base.cost, priced(rival))
-        # what the form of an effect that explains nearly all leaves of its own response is no law
+        # an effect that explains nearly all may leave a share of its own response by its form
         of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (base.cost - known)
         if known - law.priced < max(CLEAR, of_form):
             return ""
@@ -1113,7 +1113,6 @@ class DiagnosisRun:
         model = "the re-calibrated model" if best is None else f"the model with {' and '.join(best.keys)}"
         moved = self._moved_by_solver(comparison)
         unsettled = [NOT_SETTLED.format(" and ".join(best.keys), moved)] if best and moved > UNSETTLED else []
-        virtual = [] if unexplained else virtual_readings(comparison, proven, V)
         planner = self._planner(base, verdict, search, odds)
         peaceful, point = verdict.status in ("no_disagreement", "recalibrated"), None if best is None else final.point
         return Diagnosis(
@@ -1128,7 +1127,7 @@ class DiagnosisRun:
             notes=(
                 *notes,
                 *unsettled,
-                *virtual,
+                *([] if unexplained else virtual_readings(comparison, proven, V)),
                 *missed_bands((one for part in shown.values() for one in part), model),
                 *(null_sentence(null, self.machine) for null in null_vectors(proven, base.parameters)),
             ),
@@ -1177,7 +1176,7 @@ class DiagnosisRun:
         That is from its sum of squares to that of a force at this order at any place, constant or growing with the
         square of the speed, of which a catalogue does not have all. Where the receptance changes as little with the
         speed as a reading does, the records do not choose between them; a force that grows in any other way would make
-        every motion. Neither pays for its numbers: where both do nearly as well there is no name.
+        every motion. Neither pays for its numbers: where both do nearly as well the run-out is not named.
 
         None for another one, for the first order, at which a bow is such a force and unbalances are calibrated, and for
         records of which no place is observed.

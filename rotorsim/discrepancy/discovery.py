@@ -238,7 +238,7 @@ def remembering(fit: ObservedPlaces, held: ObservedPlaces | None, base: Paramete
     masses = [replace(solved(fit, held, base, law.place, [replace(one, one=True) for one in law.terms]),
                       tried=law.tried) for law, _ in _by_place(fit, held, base, 1, mass)]  # fmt: skip
     springs = [law for law, _ in _by_place(fit, held, base, 1, (HYSTERESIS,))]
-    return [law for laws in (masses, springs) for law in laws if law.score < laws[0].score + NEAR]
+    return [law for laws in (masses, springs) for law in laws if law.score < min(one.score for one in laws) + NEAR]
 
 
 def _by_place(

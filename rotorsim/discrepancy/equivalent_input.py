@@ -193,7 +193,7 @@ class InputTangent:
     def of(
         cls, comparison: TwinComparison, base: ParameterFit, sources: Sources, columns: dict[int, Pair]
     ) -> InputTangent:
-        """Those of a calibration, and of sources by the columns of single pins."""
+        """Columns of a calibration, and of sources by those of single pins."""
         S, turned = zip(*(np.sum([columns[k] for k in own], axis=0) for _, own in sources), strict=True)
         f = comparison.layout.frequency
         limits, middles = _bands(f, np.sum(np.square(S), axis=0))

@@ -140,7 +140,7 @@ def fit_mass(
 class SolvedLaw:
     """A law with a memory, the calibration that goes with it, and what both leave.
 
-    fit : calibration, and behind its parameters the law's numbers; `relative` where these are logarithms
+    fit : calibration, and behind its parameters the law's coefficients, or `MASS_NUMBERS` of a mass
     base : calibration about which the law's linear columns are
     left : whitened residuals by role
     mass : what the law is in the plant, which has then been run; None where the linear model has solved it

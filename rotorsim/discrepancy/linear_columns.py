@@ -109,7 +109,7 @@ class LinearColumns:
 
     @classmethod
     def of(cls, comparison: TwinComparison) -> LinearColumns | None:
-        """Those of records that repeat next to a film; None for others."""
+        """Sensitivities of records that repeat next to a film; None for others."""
         periodic = not any(t.orders or t.clock or not t.lead for t in comparison.trials)
         if comparison.twin.machine.film is None or not periodic:
             return None

@@ -58,7 +58,7 @@ SETTLING = 0.5
 UNSETTLED = 0.2
 """Change of the excited lines from the first block to the last, as a share, from which on a record begins at rest."""
 ONSET = 1.5
-"""The same, as a multiple of the largest change among later blocks: what is random goes on, an onset fades."""
+"""The same, as a multiple of the largest change among later blocks: what is random stays, an onset fades."""
 RUN_IN = 10.0
 """Time [s] for which a twin runs before the window where no period holds whole turns. It begins in the motion of its
 turning and of its inputs; in this time fades what effects add to their sum."""
