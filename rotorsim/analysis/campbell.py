@@ -213,8 +213,8 @@ def modes_line(found: xr.Dataset) -> str:
         return "none: the film carries the rotor at no speed"
     low, high = (_nice(attrs[name] * TO_HZ) for name in ("region_floor", "region_reach"))
     text = (
-        f"all {_between(counts)} between {low} and {high} Hz with a damping ratio below {attrs['region_zeta']:g}, "
-        f"proven at {int((missing == 0).sum())} of {len(counts)} speeds"
+        f"{_between(counts)} with a damping ratio below {attrs['region_zeta']:g}, searched from {low} to {high} Hz, "
+        f"proven to be all of them at {int((missing == 0).sum())} of {len(counts)} speeds"
     )
     if found.sizes["branch"] >= attrs["asked"]:
         return text
