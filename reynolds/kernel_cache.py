@@ -1,8 +1,9 @@
 """Disk cache of kernels: numba's, safe against killed and concurrent processes.
 
 Numba numbers its data files in an index that it writes first. Killed between the two, or with a second process at work,
-its index can name the machine code of another signature. Here a file is named by the hash of what it was compiled for
-and written before the index names it. An unreadable or unwritable file is not an error: the kernel is compiled again.
+its index can name the machine code of another signature. Here a file is named by the hash of its content and written
+before the index names it: code that a disk or a killed process changed is never run. A damaged, unreadable or
+unwritable file is not an error: the kernel is compiled again.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 import sys
 from contextlib import suppress
 from hashlib import sha256
+from pathlib import Path
 from typing import Any, ClassVar
 
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile
+from numba.core.registry import cpu_target
 
 from reynolds.compiler import SHARED, LinkedLibrary
 
@@ -47,19 +50,36 @@ class _Results(CompileResultCacheImpl):
         return _noted(super().rebuild(context, result))
 
 
+def _digest(content: bytes) -> str:
+    return sha256(content).hexdigest()[:16]
+
+
 class _Files(IndexDataCacheFile):
     """Index and data files of one kernel."""
 
     def save(self, key: Any, data: Any) -> None:
         """Keep the machine code of a key: types, processor, bytecode."""
-        name = f"{self._index_name.removesuffix('.nbi')}.{sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
-        self._save_data(name, data)
+        content = self._dump(data)
+        name = f"{self._index_name.removesuffix('.nbi')}.{_digest(content)}.nbc"
+        with self._open_for_write(self._data_path(name)) as file:
+            file.write(content)
         self._save_index(self._load_index() | {key: name})
 
     def load(self, key: Any) -> Any:
-        """Machine code of a key; None if there is none that can be read."""
+        """Machine code of a key; None if there is none that is whole."""
         with suppress(Exception):  # whatever unpickling a damaged file raises
-            return super().load(key)
+            name = self._load_index()[key]
+            return self._load_data(name) if self._is_whole(name) else None
+
+    def processors(self) -> set[Any]:
+        """Processors for which there is whole machine code."""
+        return {processor for (_, processor, _), name in self._load_index().items() if self._is_whole(name)}
+
+    def _is_whole(self, name: str) -> bool:
+        """Whether a data file has the content that its name was made of."""
+        with suppress(OSError):
+            return name.endswith(f".{_digest(Path(self._data_path(name)).read_bytes())}.nbc")
+        return False
 
     def _load_index(self) -> dict[Any, str]:
         with suppress(Exception):
@@ -76,6 +96,10 @@ class KernelCache(FunctionCache):
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _Files(self._cache_path, self._impl.filename_base, stamp)
+
+    def is_filled(self) -> bool:
+        """Whether it has machine code for this processor, for arguments of whatever types."""
+        return cpu_target.target_context.codegen().magic_tuple() in self._cache_file.processors()
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code, if there is any, where the disk takes it."""

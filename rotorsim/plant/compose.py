@@ -21,10 +21,8 @@ import ast
 import builtins
 import inspect
 import operator
-import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
-from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol, cast
 
@@ -32,7 +30,7 @@ import numpy as np
 
 from reynolds import differences, film, injector, newton, residual, ring, texture, transient, vectors
 from reynolds.grid import Layout
-from reynolds.jit import cache_digest, cache_folder, calls_addresses
+from reynolds.jit import cache_digest, calls_addresses
 from rotorsim.base.cache import key_of, source_files
 from rotorsim.plant.calls import Call, load_module, sources_of_effects
 from rotorsim.plant.kernels import entry, equilibrium_kernel, films, injectors, modal_rotor, sample, step
@@ -164,15 +162,14 @@ def _taken(call: Call, kind: str) -> Sequence[str]:
 
 
 def is_compiled(module: Any, kernels: Sequence[str] = ("run",)) -> bool:
-    """Whether machine code of kernels of a module is in the disk cache already."""
+    """Whether machine code of kernels of a module for this processor is in the disk cache already."""
     return all(is_kept(getattr(module, kernel)) for kernel in kernels)
 
 
 def is_kept(kernel: Any) -> bool:
-    """Whether machine code of a kernel is in the disk cache."""
-    module = sys.modules[kernel.__module__]
-    folder = cache_folder([Path(str(module.__file__))])
-    return folder.exists() and any(folder.rglob(f"{module.__name__}.{kernel.__name__}-*.nbi"))
+    """Whether whole machine code of a kernel for this processor is in the disk cache."""
+    is_filled = getattr(getattr(kernel, "_cache", None), "is_filled", bool)  # plain Python has no cache
+    return bool(is_filled())
 
 
 def _sources_hash() -> str:

@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pytest
 
+from reynolds.kernel_cache import KernelCache
 from rotorsim.commands.diagnosis import QUIET, STAGES, Stages
 from rotorsim.commands.options import note_compiling
 from rotorsim.discrepancy import calibration
@@ -33,9 +34,9 @@ def assembly():
 
 
 @pytest.fixture
-def empty(assembly, monkeypatch, tmp_path):
+def empty(assembly, monkeypatch):
     """A cache without any machine code; what this process has it keeps."""
-    monkeypatch.setattr("rotorsim.plant.compose.cache_folder", lambda sources: tmp_path / "empty")
+    monkeypatch.setattr(KernelCache, "is_filled", lambda cache: False)
 
 
 def test_what_is_on_disk_is_not_announced(assembly, capsys):
@@ -43,12 +44,12 @@ def test_what_is_on_disk_is_not_announced(assembly, capsys):
     assert capsys.readouterr() == ("", "")
 
 
-def test_the_film_is_compiled_once_for_all_effects(rig, tmp_path, monkeypatch):
+def test_the_film_is_compiled_once_for_all_effects(rig, monkeypatch):
     a, b = rig().assembly, rig({"effects.crack.loss": "1 kN/m"}).assembly
-    monkeypatch.setattr("rotorsim.plant.compose.cache_folder", lambda sources: tmp_path)
+    compiled = set()
+    monkeypatch.setattr(KernelCache, "is_filled", lambda cache: cache in compiled)
     assert "(film, rotor, " in a.compile_note("run")
-    for kernel in FILM_ENTRIES:
-        (tmp_path / f"{a.module.newton.__module__}.{kernel}-1.nbi").touch()
+    compiled |= {getattr(a.module, kernel)._cache for kernel in FILM_ENTRIES}
     assert " (rotor, " in b.compile_note("run")
 
 

@@ -9,6 +9,7 @@ from numba.core import config
 
 from reynolds.jit import cache_digest
 from rotorsim.base.cache import in_cache
+from rotorsim.plant.compose import is_kept
 
 SOURCE = """
 from reynolds.jit import kernel
@@ -61,12 +62,23 @@ def test_processes_that_compile_at_once_never_take_each_others_code(load, tmp_pa
     assert (again(FLOATS), again(COUNTS)) == (2.5, 4)
 
 
-@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
-def test_a_damaged_file_is_compiled_again_and_replaced(load, tmp_path, ending):
-    load()(FLOATS)
-    file = next(tmp_path.rglob(f"*{ending}"))
+def _cut(file):
     os.truncate(file, 20)
+
+
+def _one_bit(file):
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    file.write_bytes(content)
+
+
+@pytest.mark.parametrize(("ending", "damage"), [(".nbi", _cut), (".nbc", _cut), (".nbc", _one_bit)])
+def test_a_damaged_file_is_compiled_again_and_replaced(load, tmp_path, ending, damage):
+    load()(FLOATS)
+    assert is_kept(load())
+    damage(next(tmp_path.rglob(f"*{ending}")))
     again = load()
+    assert not is_kept(again)
     assert again(FLOATS) == 2.5 and again.stats.cache_misses
     last = load()
     assert last(FLOATS) == 2.5 and last.stats.cache_hits
@@ -79,6 +91,7 @@ def test_code_of_another_processor_is_not_run(load, monkeypatch):
     monkeypatch.setattr(config, "CPU_FEATURES", "")
     for misses in (1, 0):
         kernel = load()
+        assert is_kept(kernel) == (not misses)
         assert kernel(FLOATS) == 2.5 and sum(kernel.stats.cache_misses.values()) == misses
 
 
