@@ -68,7 +68,7 @@ class PortFunction:
 
     def write_lines(self, effects: Sequence[tuple[str, dict[str, int], int]]) -> str:
         """Source of the function with the lines of each effect: its name in the record, its numbers, what it skips."""
-        return self._write([line for record, *own in effects for line in self._lines_of(record, *own)])
+        return self._write([line for one in effects for line in self._lines_of(*one)])
 
     def write_loop(self, number: int) -> str:
         """Source of the function, the one of this number in `FUNCTIONS`, with a loop over its rows of the record."""
