@@ -822,18 +822,20 @@ class DiagnosisRun:
     ) -> Diagnosis | None:  # fmt: skip
         """Diagnosis with a law of one term with a memory, where no other law holds; None where it is not borne out.
 
-        A spring behind dry friction is fitted to the plant, unless another form explains the records as well.
+        A spring behind dry friction is fitted to the plant, unless another form explains the records as well. Where the
+        plant leaves more than one law may, the linear model judges it, whose motion is that of the records.
         """
         others, laws = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, remembering))
         laws = sorted((replace(one, tried=one.tried + others[0].tried) for one in laws), key=lambda one: one.score)
         rival = min(self._rivals_converged(rivals, min(one.priced for one in laws)), key=priced, default=None)
         known = base.cost if rival is None else min(base.cost, priced(rival))
-        springs, found = [one for one in laws if not one.remembers], None
-        if laws[0].remembers:
-            found = self._of_memory(base, flags, laws, known, notes, others)
-        elif all(one in springs or one.score >= laws[0].score + TIE_LEAST for one in (*laws, *others)):
+        springs = [one for one in laws if not one.remembers]
+        if all(one in springs or one.score >= laws[0].score + TIE_LEAST for one in (*laws, *others)):
             found = self._fitted_laws(base, flags, apart, seen, notes, (rival, known), springs[:MOST_LAWS])
-        return found if isinstance(found, Diagnosis) else None
+            if isinstance(found, Diagnosis):
+                return found
+        linear = self._of_memory(base, flags, laws, known, notes, others)
+        return linear if isinstance(linear, Diagnosis) else None
 
     def _as_error_of_form(
         self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit, cost: float
