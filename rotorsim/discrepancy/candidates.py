@@ -61,6 +61,8 @@ class Form:
     """Shape parameters that a non-linear fit may turn as well."""
     axes_only: bool = False
     """Whether it is known for sensors along x and y alone."""
+    shaped: bool = False
+    """Whether its shape is turned even where a first fit leaves little of the misfit."""
 
     @property
     def key(self) -> str:

@@ -44,6 +44,7 @@ from rotorsim.discrepancy.data_vector import (
 from rotorsim.discrepancy.decision import check_allowed
 from rotorsim.discrepancy.discovery import (
     BY_PLANT,
+    MOST_LAWS,
     NOT_IDENTIFIABLE,
     OF_FILM,
     PRICE,
@@ -160,6 +161,7 @@ from rotorsim.discrepancy.verdict import (
     MORE,
     SURE,
     TEMPERATURE,
+    TIE_LEAST,
     Explanation,
     SearchVerdict,
     explanation_odds,
@@ -639,7 +641,7 @@ class DiagnosisRun:
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
             if found and isinstance(found, str) and unanswered and flags and self.machine.film is None:
-                found = self._with_memory(base, flags, seen, own, rivals) or found
+                found = self._with_memory(base, flags, apart, seen, own, rivals) or found
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -815,15 +817,25 @@ class DiagnosisRun:
         )  # fmt: skip
 
     def _with_memory(
-        self, base: ParameterFit, flags: list[Misfit], seen: dict[str, ObservedPlaces], notes: list[str],
-        rivals: Sequence[Hypothesis],
+        self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
+        notes: list[str], rivals: Sequence[Hypothesis],
     ) -> Diagnosis | None:  # fmt: skip
-        """Diagnosis with a law of one term with a memory, where no other law holds; None where it is not borne out."""
+        """Diagnosis with a law of one term with a memory, where no other law holds; None where it is not borne out.
+
+        A spring behind dry friction is fitted to the plant, unless another form explains the records as well. Where the
+        plant leaves more than one law may, the linear model judges it, whose motion is that of the records.
+        """
         others, laws = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, remembering))
-        laws = [replace(one, tried=one.tried + others[0].tried) for one in laws]
-        known = min([base.cost, *map(priced, self._rivals_converged(rivals, min(one.priced for one in laws)))])
-        found = self._of_memory(base, flags, laws, known, notes, others)
-        return found if isinstance(found, Diagnosis) else None
+        laws = sorted((replace(one, tried=one.tried + others[0].tried) for one in laws), key=lambda one: one.score)
+        rival = min(self._rivals_converged(rivals, min(one.priced for one in laws)), key=priced, default=None)
+        known = base.cost if rival is None else min(base.cost, priced(rival))
+        springs = [one for one in laws if not one.remembers]
+        if all(one in springs or one.score >= laws[0].score + TIE_LEAST for one in (*laws, *others)):
+            found = self._fitted_laws(base, flags, apart, seen, notes, (rival, known), springs[:MOST_LAWS])
+            if isinstance(found, Diagnosis):
+                return found
+        linear = self._of_memory(base, flags, laws, known, notes, others)
+        return linear if isinstance(linear, Diagnosis) else None
 
     def _as_error_of_form(
         self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit, cost: float

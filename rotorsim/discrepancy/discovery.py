@@ -195,13 +195,13 @@ class ProposedLaw:
 
     @property
     def remembers(self) -> bool:
-        """Whether a term has a memory."""
-        return any(one.term.remembers for one in self.terms)
+        """Whether a term has a memory that no effect of the plant has."""
+        return any(one.term.memory is not None for one in self.terms)
 
     @property
     def late(self) -> bool:
         """Whether a term is a late force."""
-        return any(one.term.remembers and not one.term.resonates for one in self.terms)
+        return any(one.term.memory is not None and not one.term.resonates for one in self.terms)
 
     @property
     def constant(self) -> bool:
@@ -326,7 +326,7 @@ def extended(
     """
     options = [
         replace(one, place="" if place == law.place else place)
-        for place in fit.motions for one in _options(fit, place) if not (one.term.constant or one.term.remembers)
+        for place in fit.motions for one in _options(fit, place) if not (one.term.constant or one.term.memory)
     ]  # fmt: skip
     columns = [one.columns(fit, law.place) for one in options]
     while len(law.terms) < MOST_TERMS:
@@ -416,6 +416,17 @@ def solved(
     return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
 
 
+SLIPPING = ";\nslipping(x, reach) is the stretch of a spring that follows x up to the reach, where its foot slips"
+SLIDER = '''
+
+@inlined
+def slipping(stretch, reach):
+    """Stretch [m] of a spring whose foot slips, by dry friction, at a reach [m]."""
+    return min(max(stretch, -reach), reach)
+'''
+"""What the module of a spring behind dry friction has more: a text of its law, and a function."""
+
+
 def named(proposal: ProposedLaw, places: Mapping[str, float], sd: dict[str, float] | None = None) -> tuple[str, str]:
     """Name of a law as an effect, which no other law has, and its module."""
     own = hashlib.sha256(written(proposal, places, "law", sd).encode()).hexdigest()[:12]
@@ -435,17 +446,19 @@ def written(
     The module is run, so that nothing of a machine file but numbers stands in it: its place is a coordinate.
     """
     parts = [(places[place], proposal.part_at(place), own) for place, own in effects_of(proposal, name).items()]
+    slips = any(one.term.slips for one in proposal.terms)
     head = "\n\n".join(
         f"{1e3 * z:.6g} mm along the shaft:\n\n    F_x = {x} [N]\n    F_y = {y} [N]"
         for z, part, _ in parts for x, y in ((one.replace("p.", "") for one in _equations(part)),)
     )  # fmt: skip
     tables = "\n\n".join(_table(part, z, own, sd or {}) for z, part, own in parts)
-    return f'''"""Law discovered from records: a force on the shaft.
+    return (
+        f'''"""Law discovered from records: a force on the shaft.
 
 {head}
 
-of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft. The machine file
-takes what follows, and is loaded after this module was imported:
+of displacement x, y [m] and velocity vx, vy [m/s] there, speed [rad/s] and angle [rad] of the shaft{SLIPPING * slips}.
+The machine file takes what follows, and is loaded after this module was imported:
 
 {tables}
 """
@@ -454,7 +467,10 @@ import math
 
 from reynolds.jit import inlined
 from rotorsim.effects import Effect, param, register
-''' + "".join(_effect(part, own) for _, part, own in parts)
+'''
+        + SLIDER * slips
+        + "".join(_effect(part, own) for _, part, own in parts)
+    )
 
 
 def _equations(part: ProposedLaw) -> tuple[str, ...]:
@@ -491,20 +507,34 @@ def _effect(part: ProposedLaw, name: str) -> str:
             unit = next(unit for known, unit, _ in one.term.shape if known == key)
             given = f'"{unit}", default={float(value)!r}, bounds=(0.0, 1.0), doc="Its {key}."'
             fields.append(f"    {key}: float = param({given})")
-    steady = not any(one.term.turns for one in part.terms)
+    slips = any(one.term.slips for one in part.terms)
+    steady = not (slips or any(one.term.turns for one in part.terms))
+    given, force, keep, own = "t, angle, speed, x, y, vx, vy, p", ", ".join(_equations(part)), "", ""
+    if slips:
+        given, stretches = f"w, state, h, dx, dy, {given}", ("w[state] + dx", "w[state + 1] + dy")
+        for axis, stretch in zip("xy", stretches, strict=True):
+            force = force.replace(f"slipping({axis},", f"slipping({stretch},")
+        own = f'\n    keep, states, memory = {name}_keep, 2, "short"'
+        keep = f'''
+
+@inlined
+def {name}_keep({given}):
+    """Stretch [m] along x and y at the end of a step."""
+    w[state], w[state + 1] = {", ".join(f"slipping({stretch}, p.reach)" for stretch in stretches)}
+'''
     return f'''
 
 @inlined
-def {name}(t, angle, speed, x, y, vx, vy, p):
+def {name}({given}):
     """The law: [N]."""
-    return {", ".join(_equations(part))}
-
+    return {force}
+{keep}
 
 @register
 class {"".join(word.title() for word in name.split("_"))}(Effect):
     """Law discovered from records."""
 
-    port, kernel, steady = "motion", {name}, {steady}
+    port, kernel, steady = "motion", {name}, {steady}{own}
 {chr(10).join(fields)}
     position: float | None = param("m", default=None, doc="Where it acts along the shaft.")
 '''
@@ -867,4 +897,5 @@ def form_of(proposal: ProposedLaw, places: Mapping[str, float], name: str) -> Fo
     shapes = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
                    for one in proposal.terms for key, value in one.searched)  # fmt: skip
     fixed = {f"{effect}.0.position": places[place] for place, effect in own.items()}
-    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes)
+    slips = any(one.term.slips for one in proposal.terms)
+    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes, shaped=slips)

@@ -213,7 +213,7 @@ class EffectSearch:
         J = np.concatenate([self.base.J, S], axis=1)
         point, residual = self._beginning(parameters, fixed, S, start)
         first = fit_parameters(self.comparison, point, parameters, J, residual, progress=self.progress)
-        done = self._left(first) <= (1 - ENOUGH) * self.base_excess
+        done = self._left(first) <= (1 - ENOUGH) * self.base_excess and not any(f.shaped for f in forms)
         if not done and first.cost < self.base.cost:
             refine = tuple(k for f in forms for k in f.refine)
             turned = (*own, *refine)

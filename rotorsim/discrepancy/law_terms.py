@@ -87,7 +87,7 @@ class LibraryTerm:
     parts : expressions of u, w, du, dw, s, speed, angle and the numbers of `shape` (p.name)
     shape : names of numbers that are searched, their units, and tried values: of a length as shares of the largest |u|;
         the clearance of a film is known
-    memory : factor on the displacement by omega (k,) and the numbers of the shape, of a term that remembers
+    memory : factor on the displacement by omega (k,) and the numbers of the shape, of a term that remembers linearly
     """
 
     name: str
@@ -125,9 +125,9 @@ class LibraryTerm:
         return self.name.replace(" ", "_")
 
     @property
-    def remembers(self) -> bool:
-        """Whether its force depends on the motion before."""
-        return self.memory is not None or any("slipping" in part for part in self.parts)
+    def slips(self) -> bool:
+        """Whether it is of a stretch that dry friction limits."""
+        return any("slipping" in part for part in self.parts)
 
     @property
     def turns(self) -> bool:

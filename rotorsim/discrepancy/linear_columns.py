@@ -124,7 +124,7 @@ class LinearColumns:
 
     def columns(self, form: Form) -> np.ndarray | None:
         """Sensitivities (n, k) [m] of a force on the shaft; None for others, or where the plant has others."""
-        if REGISTRY[form.effect].port not in ("force", "motion"):
+        if REGISTRY[form.effect].port not in ("force", "motion") or REGISTRY[form.effect].states:
             return None
         begin = ParameterPoint().holding(form.fixed)
         found = np.column_stack([self._column(begin, parameter) for parameter in form.parameters])

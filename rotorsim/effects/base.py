@@ -14,6 +14,10 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 ``motion``    ``(t, angle, speed, x, y, vx, vy, p) -> (fx, fy)``  force [N] on the shaft at `position` that depends on
               the displacement [m] and velocity [m/s] there; met implicitly by the step.
               Of a force that turns the shaft, `braking`, with the same arguments, is the torque [N m] along z.
+              A force that remembers the motion has `states`, and its kernel ``w, state, h, dx, dy`` before these
+              arguments: its states at the start of a step are w[state:], 0 at a run's start, and h [s] and dx, dy [m]
+              are time and displacement since then (h = 0 for the linear model's tangent); `keep`, with the same
+              arguments, writes those at the step's end. It is not `steady`: an equilibrium is without it.
 ``contact``   ``(clearance, reach, nx, ny, curvature, vx, vy, surface_speed, p) -> (fx, fy, kxx, kxy, kyx, kyy)``
               force on the journal of a gas bearing and its negative derivative after the displacement, at each place
               where the gap is smallest: distance [m] of the sleeve from its centre there, reach of the journal [m]
@@ -203,6 +207,8 @@ class Effect:
     kernel: ClassVar[Callable[..., Any]]
     foundation: ClassVar[Callable[..., Any] | None] = None
     """Kernel (t, p) -> (x, y, vx, vy, ax, ay): motion of the foundation [m, m/s, m/s^2] that goes with its force."""
+    keep: ClassVar[Callable[..., Any] | None] = None
+    """Kernel of the port `motion` that moves the states of a force on to the end of a step."""
     onset: ClassVar[Callable[..., Any] | None] = None
     """Kernel of the port `force` for a force that jumps at the start of a sample."""
     between: ClassVar[Callable[..., Any] | None] = None
@@ -352,7 +358,8 @@ E = TypeVar("E", bound=Effect)
 def register(effect: type[E]) -> type[E]:
     """Make the class a frozen dataclass and known under its `name` (a decorator, also for a user's own module).
 
-    Raises ValueError for a class without kernel or port, for a port that does not exist and for the name of another.
+    Raises ValueError for a class without kernel or port, for a port that does not exist, for the name of another, and
+    for a force of the motion that has states without `keep`, or the reverse, or is steady with them.
 
     Examples
     --------
@@ -373,6 +380,10 @@ def register(effect: type[E]) -> type[E]:
         effect.name = effect.kernel.__name__
     if effect.port not in PORTS:
         raise ValueError(f"effect {effect.name}: port {effect.port!r} is none of {', '.join(PORTS)}")
+    if effect.port == "motion" and (bool(effect.states) is (effect.keep is None) or (effect.states and effect.steady)):
+        raise ValueError(
+            f"effect {effect.name}: a force with states has a kernel keep and is not steady; set all three"
+        )
     other = REGISTRY.get(effect.name, effect)
     if (other.__module__, other.__qualname__) != (effect.__module__, effect.__qualname__):  # not itself imported again
         where = f"{other.__module__}.{other.__qualname__}"

@@ -119,7 +119,7 @@ _addresses: dict[tuple[PortFunction, type[Effect]], int] = {}
 def alone(function: PortFunction, effect: type[Effect]) -> Any:
     """An effect's kernel, in a module of its own, as a function of `effect_calls` calls it."""
     kernel = getattr(effect, function.kernel)
-    text, (files, numbers) = function.write_alone(kernel), sources_of(kernel)
+    text, (files, numbers) = function.write_alone(effect), sources_of(kernel)
     own = ("jit", "compiler", "kernel_expressions", "kernel_writer", "addressed_calls")
     files |= set(source_files(*(f"reynolds/{name}.py" for name in own)))
     return load_module(f"rotorsim_effect_{key_of(text, cache_digest(files), numbers)[:16]}", lambda: text).effect

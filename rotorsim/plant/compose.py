@@ -124,8 +124,9 @@ def compose(layout: Layout, rotor: RotorLayout, rig: RigLayout, calls: Sequence[
 
     def merged_text() -> str:
         ports = [
-            f.write_lines([(c.record, c.numbers(rotor, rig)) for c in calls if f.takes(c.effect)]) for f in FUNCTIONS
-        ]
+            f.write_lines([(*one, f.skipped(type(c.effect))) for one, c in zip(effects[0], calls, strict=True)
+                           if f.takes(c.effect)]) for f in FUNCTIONS
+        ]  # fmt: skip
         kernels = [line for c in calls for kind in KERNELS for line in _taken(c, kind)]
         return text(ports, ["from reynolds.jit import merged", *kernels])
 

@@ -34,8 +34,8 @@ from rotorsim.plant.assemble import Assembly, make_films, put_rows
 from rotorsim.plant.kernels.equilibrium_kernel import BEYOND_STROKE, NO_LIFT_OFF, RESTLESS, SETTLED
 from rotorsim.plant.kernels.layout import AT, COLUMNS, FILM_COLUMNS, FORCE, HEAT_COLUMNS, REFERENCE, SUPPLY
 
-SLOW = 1e-6
-"""Velocity [m/s] of difference quotients."""
+SLOW, NEAR = 1e-6, 1e-9
+"""Velocity [m/s] and displacement [m] of difference quotients."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,10 +86,21 @@ def rows(a: Assembly, offset: int, w: np.ndarray) -> np.ndarray:
 
 
 def stiffness(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
-    """Modal stiffness (n, n) at rest where w stands: with the tangent of forces that depend on the motion."""
+    """Modal stiffness (n, n) at rest where w stands: with the tangent of forces that depend on the motion.
+
+    That of a force with a memory is the one against a motion that begins: the stiffness of a spring that sticks.
+    """
     w = w.copy()
     a.module.static_terms(w, a.parameters, speed, True)
-    return matrix(a, a.rotor.KT, w)
+    K, q = matrix(a, a.rotor.KT, w), w[a.rotor.q : a.rotor.q + a.rotor.n]
+    for call in a.calls:
+        if call.effect.port == "motion" and call.effect.states:
+            kernel, shape, p = type(call.effect).kernel, rows(a, call.shape, w), getattr(a.P, call.record)
+            force = partial(getattr(kernel, "py_func", kernel), w, a.rig.states + call.state, 0.0)
+            after = [[force(*moved, 0.0, 0.0, speed, *(shape @ q + moved), 0.0, 0.0, p) for moved in (step, -step)]
+                     for step in NEAR * np.eye(2)]  # fmt: skip
+            K -= shape.T @ (np.subtract(*np.moveaxis(np.array(after), 1, 0)).T / (2 * NEAR)) @ shape
+    return K
 
 
 def damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:

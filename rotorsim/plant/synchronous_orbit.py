@@ -168,15 +168,23 @@ class Turns:
         counters = [film.size * f + film.convergence + k for f in range(len(self.a.films)) for k in range(CONVERGENCE)]
         return clock + solver + touching + counters
 
+    @cached_property
+    def _remembered(self) -> np.ndarray:
+        """Places of the states of forces that remember the motion, which go on from turn to turn."""
+        begin = [(self.a.rig.states + c.state, c.effect.states) for c in self.a.calls if c.effect.port == "motion"]
+        return np.array([at + k for at, count in begin for k in range(count)], int)
+
     def run(self, state: np.ndarray) -> np.ndarray | None:
         """Workspace after the turns; None if a step has no solution."""
         a, size = self.a, self.a.rotor.size
         w, after, out = self.rest.copy(), self.rest.copy(), np.zeros((len(self._inputs), self.a.columns))
         w[:size] = state[:size]
+        w[self._remembered] = state[self._remembered]
         w[self._kept] = self.rest[self._kept]
         if a.module.run(w, a.ix, self._plant.parameters, self._inputs, out, a.steps_per_sample) < len(out):
             return None
         after[:size] = w[:size]
+        after[self._remembered] = w[self._remembered]
         after[self._kept] = self.rest[self._kept]
         return after
 

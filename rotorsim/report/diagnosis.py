@@ -213,12 +213,13 @@ def _law(law: DiscoveredLaw) -> Block:
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     texts += [f"{law.chosen.sentence}."] if law.chosen is not None else []
     of_velocity = any(word in " ".join(law.kinds) for word in ("dry", "drag", "damping"))
-    figure = force_over_motion(law.curve, of_velocity) if law.curve else None
+    loops = "hysteresis" in law.kinds
+    figure = force_over_motion(law.curve, of_velocity, "markers" if loops else "lines") if law.curve else None
     heads = ("number", "value", "standard deviation")
-    text = (
-        "Force at the place over its motion: dots are the records, the line is the law, its band two standard "
-        "deviations of its numbers, taken one by one."
-    )
+    text = "Force at the place over its motion: " + (
+        "grey dots are the records, the others the law, whose force depends on the motion before." if loops else
+        "dots are the records, the line is the law, its band two standard deviations of its numbers, taken one by one."
+    )  # fmt: skip
     return Block(
         "The law that was discovered", text if law.curve else "", heads, rows, texts=texts, figure=figure, code=law.law
     )

@@ -1,11 +1,13 @@
 """Plant unit bit-identical to the Python plant through FMPy, in FMI 2.0 and 3.0, for any communication step."""
 
+import importlib
+
 import numpy as np
 import pytest
 from law_models import scheduled_law
 from lpv_models import make_lpv
 
-from fmu.check import plant_outputs, plant_rows
+from fmu.check import plant_outputs, plant_rows, run
 from fmu.export import choose, export
 from fmu.importer import ImportedUnit, reference_inputs
 from fmu.linear_units import LawUnit, LinearUnit
@@ -271,3 +273,33 @@ def test_within_a_step_a_master_may_read_and_nothing_else(stepped):
             refused.append(call)
 
     assert stepped(misuse, False) == stepped(lambda *_: None, False) and len(refused) == 20
+
+
+@pytest.mark.slow
+def test_a_unit_with_a_users_force_that_remembers_the_motion_has_the_bits_of_the_plant(
+    exported_plant, tmp_path, monkeypatch
+):
+    """A spring behind dry friction at the disc, whose foot slips in each turn; its module is the one of a law."""
+    from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, written
+    from rotorsim.discrepancy.law_terms import HYSTERESIS
+    from rotorsim.effects import REGISTRY
+    from rotorsim.machine import load_machine
+    from rotorsim.plant import Plant
+
+    none, one = np.zeros(0), LawTerm(HYSTERESIS, (("reach", 1e-6),), one=True)
+    text = written(ProposedLaw("disc 0", (one,), np.ones(1), 0, 0, 0, none, none), {"disc 0": 0.3}, "slider_of_unit")
+    (tmp_path / "slider_of_unit.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    importlib.import_module("slider_of_unit")
+    try:
+        machine = load_machine("plain_rotor").replace("effects.slider_of_unit.hysteresis", "2e5 N/m")
+        model, unit = exported_plant(Plant(machine), 250.0)
+        inputs = reference_inputs(model, 300, model.sample)
+        truth = plant_outputs(model, inputs, model.sample)
+        rows = run(unit, inputs, model.sample, list(truth))
+        for k, (name, (values, good)) in enumerate(truth.items()):
+            assert values[good].tobytes() == rows[good, k].tobytes(), name
+        free = exported_plant(Plant(machine.replace("effects.slider_of_unit.hysteresis", "0 N/m")), 250.0)[0]
+        assert np.abs(plant_outputs(free, inputs, model.sample)["disc.x"][0] - truth["disc.x"][0]).max() > 1e-6
+    finally:
+        REGISTRY.pop("slider_of_unit")

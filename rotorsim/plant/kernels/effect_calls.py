@@ -5,10 +5,11 @@ stand they belong to a small machine without effects, which is how the kernels a
 module that `rotorsim.plant.compose` writes for a machine they are replaced: a size by its number, and a function by the
 same with the lines of its decorator, once for every effect of the port, before it returns.
 
-In these lines {kernel}, {onset}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the effect's
-kernels and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion forces,
-{state} of its own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates, {journal} the
-number of its film. A function whose first argument is `f`, the number of a film, skips the effects of other films.
+In these lines {kernel}, {keep}, {onset}, {between}, {foundation}, {warmed}, {braking}, {reading_noise} and {p} are the
+effect's kernels and parameter record, {shape} the offset of its (2, n) rows, {slot} of its place among the motion
+forces, {state} of its own states, {old} and {new} of its states in actuator k, {dof} of its modal coordinates,
+{journal} the number of its film. A function whose first argument is `f`, the number of a film, skips those of other
+films.
 
 The module has such a function in one of two forms: with a loop over the rows of the parameter record, each of which has
 the address of an effect's kernel (`write_loop`), or with the lines of every effect, whose kernels are merged
@@ -36,10 +37,12 @@ ROTOR = make_rotor_layout(4, FILM, 1)
 RIG = make_rig_layout(ROTOR.size, 1, 0, 0, 0, 1, dict.fromkeys(PORTS, 0), 0, 0)
 
 
-KERNELS = ("kernel", "onset", "between", "foundation", "warmed", "braking", "reading_noise")
+KERNELS = ("kernel", "keep", "onset", "between", "foundation", "warmed", "braking", "reading_noise")
 """Kernels that an effect can have."""
 NUMBERS = ("shape", "slot", "state", "own", "dof", "journal", "film")
 """Numbers by which calls of effects differ, in the order of the columns of their rows."""
+OF_MEMORY = 5
+"""First arguments of a force of the port `motion` that only a kernel with states takes."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +62,13 @@ class PortFunction:
         suits = effect.port == self.port and self.steady in (None, effect.steady)
         return suits and getattr(type(effect), self.kernel) is not None
 
-    def write_lines(self, effects: Sequence[tuple[str, dict[str, int]]]) -> str:
-        """Source of the function with the lines of each effect, given its name in the record and its numbers."""
-        return self._write([line for record, numbers in effects for line in self._lines_of(record, numbers)])
+    def skipped(self, effect: type[Effect]) -> int:
+        """Number of first arguments in the lines that the effect's kernel does not take."""
+        return OF_MEMORY if self.asks and self.kernel == "kernel" and self.port == "motion" and not effect.states else 0
+
+    def write_lines(self, effects: Sequence[tuple[str, dict[str, int], int]]) -> str:
+        """Source of the function with the lines of each effect: its name in the record, its numbers, what it skips."""
+        return self._write([line for one in effects for line in self._lines_of(*one)])
 
     def write_loop(self, number: int) -> str:
         """Source of the function, the one of this number in `FUNCTIONS`, with a loop over its rows of the record."""
@@ -73,18 +80,19 @@ class PortFunction:
         head = f"for call in range(P.first[{number}], P.first[{number + 1}]):"
         return self._write([head, *(f"    {line}" for line in "\n".join(lines).splitlines())])
 
-    def write_alone(self, kernel: Any) -> str:
+    def write_alone(self, effect: type[Effect]) -> str:
         """Source of a module with `effect`, the kernel of one effect as the loop calls it."""
+        kernel = getattr(effect, self.kernel)
         call, results = self.call
-        given = ", ".join([*(f"a{k}" for k in range(len(call.args) - 1)), "p"])
+        given = [*(f"a{k}" for k in range(len(call.args) - 1)), "p"]
         answers = [f"x{k}" for k in range(results)]
         lines = [
             "from reynolds.jit import addressed, merged",
             f"from {kernel.__module__} import {kernel.__name__} as kernel",
             "kernel = merged(kernel)",
             "@addressed",
-            f"def effect({given}):",
-            f"    {', '.join(answers)}{' = ' if answers else ''}kernel({given})",
+            f"def effect({', '.join(given)}):",
+            f"    {', '.join(answers)}{' = ' if answers else ''}kernel({', '.join(given[self.skipped(effect) :])})",
             *([f"    return {', '.join(f'float({x})' for x in answers)}"] if answers else []),
         ]
         return "\n".join(lines) + "\n"
@@ -115,9 +123,10 @@ class PortFunction:
         own = f"k * RIG.n_stroke_states + {numbers['own']}"
         return [line.format(**names, old=f"RIG.old + {own}", new=f"RIG.new + {own}") for line in self.lines]
 
-    def _lines_of(self, record: str, numbers: dict[str, int]) -> list[str]:
+    def _lines_of(self, record: str, numbers: dict[str, int], skipped: int) -> list[str]:
         """Lines for one effect."""
         lines = self._filled(record, numbers)
+        lines = [_without(line, f"{record}_{self.kernel}", skipped) for line in lines] if skipped else lines
         if not self._of_a_film or numbers["film"] == 0:
             return lines
         return [f"if f + 1 == {numbers['film']}:", *(f"    {line}" for line in lines)]
@@ -146,6 +155,15 @@ class PortFunction:
 
 SAMPLES = {"w": "w", "i": "0", "d": "0.0"}
 """An argument of each kind of `kind_of`, by which the compiler compares the call with the function."""
+
+
+def _without(line: str, kernel: str, skipped: int) -> str:
+    """A line with calls of a kernel that does not take the first arguments."""
+    tree = ast.parse(line)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == kernel:
+            del node.args[:skipped]
+    return ast.unparse(tree)
 
 
 def results_of(statement: ast.stmt) -> int:
@@ -274,6 +292,14 @@ def contact_forces(f, clearance, reach, nx, ny, curvature, vx, vy, surface_speed
     return fx, fy, kxx, kxy, kyx, kyy
 
 
+MOVED = (
+    "w, {state}, t - w[ROTOR.time], x - w[{slot} + 10], y - w[{slot} + 11], t, angle, speed, x, y, vx, vy, {p}"
+)  # fmt: skip
+"""Arguments of a force that depends on the motion; the first, `OF_MEMORY` of them, have the step's start."""
+RESTING = "w, {state}, 0.0, 0.0, 0.0, 0.0, 0.0, speed"
+"""First arguments of such a force at rest."""
+
+
 @port("motion", "form_compliance(w, ROTOR, {shape}, {slot}, adt)")
 def form_motion(w, P, adt):
     """Form the compliance of the shaft where forces depend on its motion."""
@@ -288,7 +314,7 @@ def guess_motion(w, P, tau):
     "motion",
     "x, y = w[{slot}], w[{slot} + 1]",
     "vx, vy = velocity(w, {slot}, x, y, adt)",
-    "w[{slot} + 4], w[{slot} + 5] = {kernel}(t, angle, speed, x, y, vx, vy, {p})",
+    f"w[{{slot}} + 4], w[{{slot}} + 5] = {{kernel}}({MOVED})",
     "add_force(w, ROTOR, {shape}, w[{slot} + 4], w[{slot} + 5], ROTOR.f)",
 )
 def add_motion(w, P, t, angle, speed, adt):
@@ -299,13 +325,24 @@ def add_motion(w, P, t, angle, speed, adt):
     "motion",
     "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
     "vx, vy = velocity(w, {slot}, x, y, adt)",
-    "fx, fy = {kernel}(t, angle, speed, x, y, vx, vy, {p})",
+    f"fx, fy = {{kernel}}({MOVED})",
     "worst = max(worst, miss(w, {slot}, fx, fy))",
 )
 def missed_motion(w, P, t, angle, speed, adt):
     """Largest displacement [m] by which the solved motion differs from the guessed one that gave the forces."""
     worst = 0.0
     return worst
+
+
+@port(
+    "motion",
+    "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
+    "vx, vy = velocity(w, {slot}, x, y, adt)",
+    f"{{keep}}({MOVED})",
+    kernel="keep",
+)
+def keep_motion(w, P, t, angle, speed, adt):
+    """Move the states of motion-dependent forces on to the end of a step, at the solved motion."""
 
 
 @port(
@@ -323,11 +360,12 @@ def motion_torque(w, P, t, angle, speed, adt):
 
 @port(
     "motion",
-    "x, y = w[{slot}], w[{slot} + 1]",
-    "vx, vy = velocity(w, {slot}, x + NUDGE, y, adt)",
-    "ax, ay = {kernel}(t, angle, speed, x + NUDGE, y, vx, vy, {p})",
-    "vx, vy = velocity(w, {slot}, x, y + NUDGE, adt)",
-    "bx, by = {kernel}(t, angle, speed, x, y + NUDGE, vx, vy, {p})",
+    "x, y = w[{slot}] + NUDGE, w[{slot} + 1]",
+    "vx, vy = velocity(w, {slot}, x, y, adt)",
+    f"ax, ay = {{kernel}}({MOVED})",
+    "x, y = w[{slot}], w[{slot} + 1] + NUDGE",
+    "vx, vy = velocity(w, {slot}, x, y, adt)",
+    f"bx, by = {{kernel}}({MOVED})",
     "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
     "correct_guess(w, {slot}, x, y, ax, ay, bx, by)",
 )
@@ -338,11 +376,11 @@ def correct_motion(w, P, t, angle, speed, adt):
 @port(
     "motion",
     "x, y = project(w, ROTOR, {shape}, ROTOR.q)",
-    "fx, fy = {kernel}(0.0, 0.0, speed, x, y, 0.0, 0.0, {p})",
-    "ax, ay = {kernel}(0.0, 0.0, speed, x + NUDGE, y, 0.0, 0.0, {p})",
-    "bx, by = {kernel}(0.0, 0.0, speed, x - NUDGE, y, 0.0, 0.0, {p})",
-    "cx, cy = {kernel}(0.0, 0.0, speed, x, y + NUDGE, 0.0, 0.0, {p})",
-    "dx, dy = {kernel}(0.0, 0.0, speed, x, y - NUDGE, 0.0, 0.0, {p})",
+    f"fx, fy = {{kernel}}({RESTING}, x, y, 0.0, 0.0, {{p}})",
+    f"ax, ay = {{kernel}}({RESTING}, x + NUDGE, y, 0.0, 0.0, {{p}})",
+    f"bx, by = {{kernel}}({RESTING}, x - NUDGE, y, 0.0, 0.0, {{p}})",
+    f"cx, cy = {{kernel}}({RESTING}, x, y + NUDGE, 0.0, 0.0, {{p}})",
+    f"dx, dy = {{kernel}}({RESTING}, x, y - NUDGE, 0.0, 0.0, {{p}})",
     "add_tangent(w, ROTOR, {shape}, x, y, fx, fy, ax - bx, ay - by, cx - dx, cy - dy)",
     steady=True,
 )

@@ -29,7 +29,7 @@ guess is corrected by Newton's method with the node's own compliance W = (a dt)^
 
 .. math:: x_g \leftarrow x_g + (I - W F')^{-1}\,(x - x_g).
 
-A slot of 16 doubles holds for each force: guess (2), x_r (2), force (2), W (4).
+A slot of 16 doubles holds for each force: guess (2), x_r (2), force (2), W (4), displacement at the step's start (2).
 
 Cites: benfield_1971, friswell_2010, golub_2013, hosea_1996.
 """
@@ -243,7 +243,7 @@ def solve_matrix(w, A, pivots, b, n):
             w[b + r] -= w[A + c * n + r] * w[b + c]
 
 
-GUESS, START, FORCE, COMPLIANCE = 0, 2, 4, 6
+GUESS, START, FORCE, COMPLIANCE, BEGIN = 0, 2, 4, 6, 10
 SLOT = 16
 NUDGE = 1e-9
 """Displacement [m] of the difference quotient that gives F'."""
@@ -268,6 +268,7 @@ def form_compliance(w, R, shape, slot, adt):
 def guess(w, R, shape, slot, tau):
     """Displacement after tau by Taylor's series from the step's start."""
     x, y = project(w, R, shape, R.q_old)
+    w[slot + BEGIN], w[slot + BEGIN + 1] = x, y
     vx, vy = project(w, R, shape, R.v_old)
     ax, ay = project(w, R, shape, R.a_old)
     w[slot + GUESS] = x + tau * (vx + 0.5 * tau * ax)

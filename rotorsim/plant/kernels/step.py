@@ -65,6 +65,7 @@ from rotorsim.plant.kernels.effect_calls import (
     film_constants,
     form_motion,
     guess_motion,
+    keep_motion,
     missed_motion,
     motion_torque,
     rotating_damping,
@@ -585,6 +586,8 @@ def try_step(w, ix, P, dt):
             if w[ROTOR.contact + f] != 0.0:
                 w[ROTOR.touched] = 1.0
         overrun = 1.0 if w[FILM.convergence + CUT] > 0.0 else overrun
+        if stage == TO_END:
+            keep_motion(w, P, t, angle, speed, adt)
         end_rotor_stage(w, ROTOR, stage, adt)
         if RIG.n_braking > 0:
             book_torque(w, P, stage, t, angle, speed, adt, dt)
