@@ -186,6 +186,18 @@ def test_a_hypothesis_is_fitted_on_while_a_name_is_foretold_where_no_misfit_is_s
     assert EffectSearch._closer(began, first).fit.cost == end
 
 
+@pytest.mark.parametrize("better", [True, False])
+def test_a_hypothesis_that_failed_begins_again_with_sensitivities_of_the_calibration(better, monkeypatch):
+    """With those of another point it took nothing; it counts where it is better than the calibration then."""
+    astray = search(0.0, monkeypatch)
+    astray.base_excess, astray.nominal = 0.0, astray.base
+    astray.base = astray.base if better else replace(astray.base, cost=0.0)
+    failed = astray._failed((FORM,))
+    found = astray._closer(failed)
+    assert found.failed != better
+    assert found is failed or found.fit.point.values[SIZE] == pytest.approx(2.0, abs=0.1)
+
+
 def test_nothing_is_foretold_beyond_a_limit(monkeypatch):
     """A gain may be 6 of the 20 that would take all: one round brings it there, and each takes one Jacobian."""
     astray, taken = search(0.0, monkeypatch), []
