@@ -27,8 +27,8 @@ from rotorsim.plant.simulation import Simulation, settle
 
 SETTLED = 1e-6
 """Last correction of the state, relative, up to which the run that led to it is the motion."""
-SHARE = 1e-3
-"""The same as a share of the first correction of a motion found nearby, which may be small itself."""
+NEARBY, SHARE = 1e-5, 1e-3
+"""The same of a motion that begins in one nearby, and as a share of the first correction, which may be small itself."""
 BENT = 3
 """Runs from which on a motion is not that of a linear plant, and motions with slightly other numbers begin in it."""
 
@@ -85,7 +85,7 @@ def forced_motion(
             step, last = B @ change, change
             left = float(np.linalg.norm(step)) / max(float(np.linalg.norm(before)), 1e-300)
             if near is not None and number == 1:
-                enough = min(SETTLED, SHARE * left)
+                enough = min(NEARBY, SHARE * left)
             elif left <= enough:
                 return ForcedMotion(twin, readings, rest, w, B, number)
             moved[at] = moved[begin] = before + step
