@@ -651,6 +651,8 @@ class DiagnosisRun:
                 return self._without_name(base, flags, judgement, notes)
             if doubtful and best is not None and self._needless(best, rough, base):
                 return self._without_name(base, flags, judgement, notes, NEEDLESS)
+            if found is None and faint and (named or status == "tie"):
+                return self._without_name(base, flags, judgement, notes)
             if named or status == "tie" or (faint and status != "no_disagreement"):
                 return None
         except NoAnswerError:
@@ -729,7 +731,8 @@ class DiagnosisRun:
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
         None for one that no group shows and that may be an error of the model's form, which never has a resonance of
-        its own. None is fitted where more than a law may leave does not repeat from period to period.
+        its own, also where that explains half of this more than the effects' best. None is fitted where more than a law
+        may leave does not repeat from period to period.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. Each law's has to
@@ -747,7 +750,9 @@ class DiagnosisRun:
         # an effect that explains nearly all may leave a share of its own response by its form
         of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (base.cost - known)
         if known - law.priced < max(CLEAR, of_form):
-            return ""
+            # a name that no group shows is not given where a constant force, which it is not, explains more than it
+            faint = rival is not None and not flags and self.machine.film is None
+            return None if faint and law.constant and known - law.priced > CLEAR / 2 else ""
         # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
         more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0
         if self._as_error_of_form(law, flags, seen["fit"], base, law.cost - more):

@@ -37,7 +37,7 @@ from rotorsim.discrepancy.calibration import FitParameter
 from rotorsim.discrepancy.candidates import Form, Screening, screen
 from rotorsim.discrepancy.comparison import excess, table
 from rotorsim.discrepancy.fit import ParameterFit, prior_rows
-from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, Hypothesis
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, Hypothesis
 from rotorsim.discrepancy.law_terms import (
     CLEARANCE,
     HYSTERESIS,
@@ -284,7 +284,7 @@ def _at_place(
         chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
         terms = _shaped(fit, base, place, [*(found[-1].terms if found else ()), options[chosen[-1]]])
         proposal = solved(fit, held, base, place, terms)
-        if found and proposal.score > found[-1].score - CLEAR:
+        if found and proposal.score > found[-1].score - _beyond_form(found[-1], base):
             break
         found.append(proposal)
         if proposal.left <= (1 - ENOUGH) * nothing:
@@ -337,10 +337,19 @@ def extended(
                  if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
         terms = _shaped(fit, base, law.place, [*law.terms, options[max(drops, key=lambda i: (drops[i], -i))]])
         more = replace(solved(fit, held, base, law.place, terms), tried=law.tried + len(options))
-        if more.score > law.score - CLEAR:
+        if more.score > law.score - _beyond_form(law, base):
             break
         law = more
     return _with_equal(_without_idle(law, fit, held, base), fit, held, base)
+
+
+def _beyond_form(law: ProposedLaw, base: ParameterFit) -> float:
+    """Difference of scores from which on a further term is more than what the form of a law may leave.
+
+    A friction that gives way at another velocity than the library's leaves a share of its own response, which a dead
+    band at another bearing takes up.
+    """
+    return max(CLEAR, TIE * (base.cost - law.cost))
 
 
 def _without_idle(
@@ -742,7 +751,8 @@ def _near_laws(seen: ObservedPlaces, held: ObservedPlaces | None, base: Paramete
     several = [law for law in (*begun, *alone) if len(law.places) > 1]
     single = [law for law in alone if len(law.places) == 1]
     least = min((law.score for law in single or near), default=math.inf)
-    if several and min(law.score for law in several) < least - CLEAR:
+    most = min((law for law in single or near), key=lambda p: p.score, default=None)
+    if several and min(law.score for law in several) < least - (CLEAR if most is None else _beyond_form(most, base)):
         first = min(several, key=lambda p: p.score)
         moved = [one for one in _moved(first, seen, held, base) if one.score < first.score + NEAR]
         return [first, *sorted(moved, key=lambda p: p.score)][:MOST_LAWS]

@@ -5,8 +5,8 @@ A mass m on a spring and a damper at a place of the shaft, whose displacement is
 .. math:: F = -m\,\ddot z, \qquad m\,(\ddot z + 2\zeta\omega\,(\dot z - \dot x) + \omega^2\,(z - x)) = 0
 
 along x and y alike. The linear model proposes it about a motion without it; a resonance moves that motion more than the
-model foresees. So m, omega and zeta are fitted to the plant together with the calibration, whose columns stay those
-without the mass.
+model foresees. So m, omega and zeta are fitted to the plant together with the calibration, each with its own columns
+next to the mass.
 
 Cites: friswell_2010.
 """
@@ -36,8 +36,8 @@ from rotorsim.machine import Machine
 
 UNHELD = 1e-6
 """Stiffness [N/m] to the ground of a housing that nothing holds."""
-FIT_ENDED = 1.0
-"""Fall of the sum of squares below which a fit has ended."""
+FIT_ENDED = 0.1
+"""Fall of the sum of squares below which a fit has ended: neighbouring places may differ by one."""
 MASS_NUMBERS = tuple(FitParameter(key, 0.01, low=-3.0, high=3.0) for key in ("mass", "resonance", "damping_ratio"))
 """Parameters of a fit: logarithms of the mass' numbers over those with which the fit begins."""
 
@@ -96,17 +96,24 @@ class WithMass:
         changed = {k.key: getattr(self.start, k.key) * math.exp(point.values.get(k, 0.0)) for k in MASS_NUMBERS}
         return replace(self.start, **changed)
 
-    def residual(self, point: ParameterPoint) -> np.ndarray:
-        """Whitened residual (n,) of the plant at a point."""
+    def at(self, point: ParameterPoint) -> tuple[TwinComparison, ParameterPoint]:
+        """Comparison with the plant that has the mass as it is at a point, and the calibration there."""
         twin = self.comparison.twin
         own = replace(twin, machine=self.mass(point).added_to(twin.machine)).with_candidates()
         calibration = {k: value for k, value in point.values.items() if k not in MASS_NUMBERS}
-        return self.comparison.with_twin(own).residual(replace(point, values=calibration))
+        return self.comparison.with_twin(own), replace(point, values=calibration)
 
-    def columns(self, point: ParameterPoint, residual: np.ndarray) -> np.ndarray:
-        """Whitened derivatives (n, 3) after `MASS_NUMBERS` at a point with this residual."""
+    def residual(self, point: ParameterPoint) -> np.ndarray:
+        """Whitened residual (n,) of the plant at a point."""
+        comparison, calibration = self.at(point)
+        return comparison.residual(calibration)
+
+    def jacobian(self, point: ParameterPoint, parameters: Sequence[FitParameter], residual: np.ndarray) -> np.ndarray:
+        """Whitened derivatives (n, k + 3) after a calibration's parameters and `MASS_NUMBERS` at a point."""
+        comparison, calibration = self.at(point)
         moved = [self.residual(point.moved([k], np.array([k.step]))) for k in MASS_NUMBERS]
-        return np.column_stack([(residual - r) / k.step for k, r in zip(MASS_NUMBERS, moved, strict=True)])
+        own = [(residual - r) / k.step for k, r in zip(MASS_NUMBERS, moved, strict=True)]
+        return np.column_stack([comparison.jacobian(calibration, parameters), *own])
 
 
 def mass_of(law: ProposedLaw, machine: Machine) -> HiddenMass | None:
@@ -127,13 +134,12 @@ def fit_mass(
     point = base.point.moved(base.parameters, v - base.vector)
     r, cost = own.residual(point), math.inf
     for _ in range(MOST_ROUNDS):
-        J = np.hstack([base.J, own.columns(point, r)])
-        fit = fit_parameters(own, point, keys, J, r, progress=progress)
+        fit = fit_parameters(own, point, keys, own.jacobian(point, base.parameters, r), r, progress=progress)
         point, r = fit.point, fit.residual
         if cost - fit.cost < FIT_ENDED:
             break
         cost = fit.cost
-    return replace(fit, J=np.hstack([base.J, own.columns(point, r)]))
+    return replace(fit, J=own.jacobian(point, base.parameters, r))
 
 
 @dataclass(frozen=True, eq=False)

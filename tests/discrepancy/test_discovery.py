@@ -44,7 +44,7 @@ from rotorsim.discrepancy.discovery import (
 )
 from rotorsim.discrepancy.fit import ParameterFit, fall, fit_parameters, recalibrate, relinearised
 from rotorsim.discrepancy.gap import reduction
-from rotorsim.discrepancy.hypotheses import Hypothesis
+from rotorsim.discrepancy.hypotheses import CLEAR, Hypothesis
 from rotorsim.discrepancy.judge import Judgement
 from rotorsim.discrepancy.law_terms import (
     LIBRARY,
@@ -1111,6 +1111,20 @@ def test_a_constant_law_that_no_group_shows_is_not_discovered_where_the_plant_pr
     assert judged_laws(laws, 1, 0.02, flags, monkeypatch) == found
 
 
+@pytest.mark.parametrize(
+    ("name", "flags", "ahead", "found"),
+    [("stiffness", [], 0.75, None), ("stiffness", [], 0.25, ""), ("stiffness", [1], 0.75, ""), ("dry", [], 0.75, "")],
+)
+def test_a_name_that_no_group_shows_does_not_stand_next_to_a_constant_force_that_explains_more(
+    name, flags, ahead, found, monkeypatch
+):
+    """A force that is late is as a stiffness at a place, and was named a vibration of the base."""
+    law = law_of(name)
+    fit = SimpleNamespace(cost=law.priced + ahead * CLEAR)
+    rival = SimpleNamespace(fit=fit, forms=(), gone=0.0, keys=("base_vibration.y",))
+    assert judged_laws([law], 0, 0.0, flags, monkeypatch, nothing=fit.cost + CLEAR, rivals=[rival]) == found
+
+
 def test_a_law_with_a_further_term_that_may_be_is_not_excluded(monkeypatch):
     laws = [law_of("cubic", "drag"), law_of("cubic"), replace(law_of("dry"), place="disc 1")]
     found = judged_laws(laws, 1, 0.04, [1], monkeypatch)
@@ -1185,8 +1199,8 @@ def test_peace_that_no_group_disturbs_goes_where_a_law_is_clearly_better_and_not
 
 @pytest.mark.parametrize(
     ("status", "forces", "verdict"),
-    [("named", (), None), ("recalibrated", (), None), ("unknown", (), None), ("no_disagreement", (), "unknown"),
-     ("no_disagreement", (FORCE,), "stochastic")],
+    [("named", (), "unknown"), ("tie", (), "unknown"), ("recalibrated", (), None), ("unknown", (), None),
+     ("no_disagreement", (), "unknown"), ("no_disagreement", (FORCE,), "stochastic")],
 )  # fmt: skip
 def test_a_constant_force_that_no_group_shows_disturbs_peace_unless_what_does_not_repeat_makes_it(
     status, forces, verdict, monkeypatch
