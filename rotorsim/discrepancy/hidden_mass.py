@@ -233,9 +233,7 @@ def law_with_memory(
     pairs = [*zip((key for one in law.terms for key in one.parameters), law.coefficients.tolist(), strict=True),
              *(number for one in law.terms for number in one.shape)]  # fmt: skip
     gain = (known - law.priced) / (2 * TEMPERATURE) - math.log(law.tried)
-    text = (
-        f"{' with '.join(kinds)} at {law.place}; it has a memory and is known by the linear model alone: not compiled"
-    )
+    text = f"{' with '.join(kinds)} at {law.place}; it has a memory; by the linear model alone: not compiled"
     return DiscoveredLaw(
         "", law.place, position, text if mass is None else mass.law,
         {key: (value, sd.get(key, 0.0)) for key, value in pairs}, units_of(law), kinds, "", "",
