@@ -142,9 +142,9 @@ def test_a_motion_that_a_rub_bends_is_that_of_a_long_run_and_one_nearby_begins_i
     assert found is not None and found.runs <= most
     long = twin.run(setting, np.tile(rows, (50, 1)), 0.0)[-4000:, :2]
     assert np.abs(found.readings[:, :2] - long).max() < 1e-5 * np.ptp(long)
-    beside = setting | {"rub.0.stiffness": 1.01 * stiffness, "shaft_damping": 0.01}
-    apart = forced_motion(twin, beside, rows, 0.0, 0.0)
-    nearby = forced_motion(twin, beside, rows, 0.0, 0.0, found)
+    other = setting | {"rub.0.stiffness": 1.01 * stiffness, "shaft_damping": 0.01}
+    apart = forced_motion(twin, other, rows, 0.0, 0.0)
+    nearby = forced_motion(twin, other, rows, 0.0, 0.0, found)
     assert apart is not None and nearby is not None and nearby.runs < max(apart.runs, 3)
     change = np.abs(apart.readings - found.readings)[:, :2].max()
     assert np.abs(nearby.readings - apart.readings)[:, :2].max() < 2e-3 * change
