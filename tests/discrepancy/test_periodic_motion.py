@@ -8,7 +8,6 @@ import pytest
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.hidden_machine import unshaken
-from rotorsim.discrepancy.shooting import forced_motion
 from rotorsim.discrepancy.trial import block_lines, trial_of
 from rotorsim.discrepancy.twin import Twin, in_motion, repeating_motion
 from rotorsim.machine import Machine, load_machine
@@ -130,24 +129,6 @@ def test_the_last_shot_for_a_motion_is_not_run_again_where_the_plant_is_linear_a
     if known:
         run = Simulation(a, found.w.copy()).advance(rows)[:, READ : READ + 5]
         assert np.all(np.abs(found.readings - run).max(axis=0) <= 1e-8 * np.abs(run).max(axis=0))
-
-
-@pytest.mark.parametrize(("stiffness", "most"), [(0.0, 2), (3e5, 8)])
-def test_a_motion_that_a_rub_bends_is_that_of_a_long_run_and_one_nearby_begins_in_it(stiffness, most):
-    """After 40 s a run has forgotten its start to 1e-9. Slightly other numbers need fewer."""
-    rows = shaken(80 * np.pi)[:4000]
-    setting = {"rub.0.stiffness": stiffness, "rub.0.gap": 5e-6, "rub.0.friction": 0.0}
-    twin = Twin(load_machine("plain_rotor")).lean(setting)
-    found = forced_motion(twin, setting, rows, 0.0, 0.0)
-    assert found is not None and found.runs <= most
-    long = twin.run(setting, np.tile(rows, (50, 1)), 0.0)[-4000:, :2]
-    assert np.abs(found.readings[:, :2] - long).max() < 1e-5 * np.ptp(long)
-    other = setting | {"rub.0.stiffness": 1.01 * stiffness, "shaft_damping": 0.01}
-    apart = forced_motion(twin, other, rows, 0.0, 0.0)
-    nearby = forced_motion(twin, other, rows, 0.0, 0.0, found)
-    assert apart is not None and nearby is not None and nearby.runs < max(apart.runs, 3)
-    change = np.abs(apart.readings - found.readings)[:, :2].max()
-    assert np.abs(nearby.readings - apart.readings)[:, :2].max() < 2e-3 * change
 
 
 @pytest.mark.parametrize(("hertz", "period", "left"), [(40.0, 0, 1e-12), (41.3, 4000, 1e-3)])
