@@ -62,8 +62,6 @@ MOST_ROUNDS = 8
 LITTLE = 0.05
 """Share of its fall so far below which what a hypothesis may still gain is not fitted: less than a tie, it decides
 nothing."""
-SAME = 0.1
-"""Share by which the whole fall that two rounds foretell may differ where it is believed."""
 FITTED_ON = 2
 """Hypotheses from the machine file's own numbers that are fitted on: as many as most classes have members."""
 COARSE = 10.0
@@ -448,31 +446,19 @@ class EffectSearch:
             was_slow = slow
         return h
 
-    def _of_no_size(self, forms: tuple[Form, ...]) -> Hypothesis:
-        """Forms of no size next to the calibration."""
-        own, fixed = [k for f in forms for k in f.parameters], {key: v for f in forms for key, v in f.fixed.items()}
-        fit = replace(self.base, parameters=(*self.base.parameters, *own), point=self.base.point.holding(fixed))
-        return Hypothesis(forms, fit, self.base_excess, self.base_held, 0.0)
-
     def _closer_in_noise(self, h: Hypothesis) -> Hypothesis:
         """An effect of the catalogue fitted on where no misfit is shown: most of the sum of squares is noise.
 
         A round that takes little of it may come before one that takes all that is missing. It ends once the fall so far
-        and what sensitivities where it stands foretell are less than half of that by a name, all of it where they
-        foretell the `SAME` as a round before; or they foretell `LITTLE` more, or a round leaves it where it stands. One
-        that failed had sensitivities of other points: it begins again at the calibration, where its effects have none.
+        and what sensitivities where it stands foretell are less than half of that by a name, or they foretell `LITTLE`
+        more, or a round leaves it where it stands.
         """
-        if h.failed:
-            again = self._closer_in_noise(self._of_no_size(h.forms))
-            return again if again.fit.cost < self.base.cost else h
-        before = 0.0
-        for number in range(MOST_ROUNDS):
+        for number in range(0 if h.failed else MOST_ROUNDS):
             J, fallen = self._sensitivities(h.fit), self.base.cost - h.fit.cost
             ahead = fall_within(h.fit, J)
-            least = CLEAR if abs(fallen + ahead - before) < SAME * before else CLEAR / 2
-            if number and (fallen + ahead < least or ahead < LITTLE * fallen):
-                return replace(h, fit=replace(h.fit, J=J))  # the odds take what is left from there
-            before, last, h = fallen + ahead, h.fit.point, self.polished(h, J)
+            if number and (fallen + ahead < CLEAR / 2 or ahead < LITTLE * fallen):
+                break
+            last, h = h.fit.point, self.polished(h, J)
             if h.fit.point == last:
                 break
         return h
