@@ -433,7 +433,7 @@ def slipping(stretch, reach):
     """Stretch [m] of a spring whose foot slips, by dry friction, at a reach [m]."""
     return min(max(stretch, -reach), reach)
 '''
-"""What the module of a spring behind dry friction has more: a text of its law, and a function."""
+"""Further text of the module of a spring behind dry friction: a part of its law, and a function."""
 
 
 def named(proposal: ProposedLaw, places: Mapping[str, float], sd: dict[str, float] | None = None) -> tuple[str, str]:
