@@ -63,7 +63,10 @@ class _Files(IndexDataCacheFile):
         name = f"{self._index_name.removesuffix('.nbi')}.{_digest(content)}.nbc"
         with self._open_for_write(self._data_path(name)) as file:
             file.write(content)
-        self._save_index(self._load_index() | {key: name})
+        kept = self._load_index()
+        self._save_index(kept | {key: name})
+        if kept.get(key, name) != name:
+            Path(self._data_path(kept[key])).unlink(missing_ok=True)
 
     def load(self, key: Any) -> Any:
         """Machine code of a key; None if there is none that is whole."""

@@ -40,6 +40,7 @@ from rotorsim.discrepancy.data_vector import (
     repeat_scatter,
     repeats,
 )
+from rotorsim.discrepancy.shooting import ForcedMotion, forced_motion
 from rotorsim.discrepancy.trial import TURNING, Trial, clock_offset, delayed
 from rotorsim.discrepancy.twin import NO_SOLUTION, Setting, Twin
 
@@ -91,6 +92,8 @@ class TwinComparison:
     """The last responses, by key."""
     blocks: dict[str, list[np.ndarray]] = field(default_factory=dict)
     """The last spectra by blocks, by key."""
+    motions: dict[Any, ForcedMotion] = field(default_factory=dict)
+    """The last periodic motions on linear bearings, by plant and inputs."""
     directions: dict[str, np.ndarray] = field(default_factory=dict)
     """Data vectors [m] of the parameters that need no simulation: sensor zeros, mesh, injector law."""
 
@@ -145,14 +148,14 @@ class TwinComparison:
                 if plant is not None:
                     plant.assembly  # noqa: B018
         if self.threads < 2 or len(jobs) < 2:
-            return [simulate(twin, trial, point, whole, near) for trial, point in jobs]
+            return [simulate(twin, trial, point, whole, near, self.motions) for trial, point in jobs]
         with ThreadPoolExecutor(self.threads) as pool:
-            return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole, near), jobs))
+            return list(pool.map(lambda job: simulate(twin, job[0], job[1], whole, near, self.motions), jobs))
 
     def with_twin(self, twin: Twin) -> TwinComparison:
         """The same comparison, floor included, with another twin of the machine."""
         other = copy(self)
-        other.twin, other.known, other.blocks = twin, {}, {}
+        other.twin, other.known, other.blocks, other.motions = twin, {}, {}, {}
         vars(other).pop("stored", None)  # sensitivities of this one's twin
         return other
 
@@ -428,22 +431,27 @@ def _numbers(point: ParameterPoint) -> tuple[list[tuple[str, float]], list[tuple
 
 
 def simulate(
-    twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = False, near: ParameterPoint | None = None
-) -> np.ndarray:
+    twin: Twin, trial: Trial, point: ParameterPoint, whole: bool = False, near: ParameterPoint | None = None,
+    motions: dict[Any, ForcedMotion] | None = None,
+) -> np.ndarray:  # fmt: skip
     """DFTs of a trial's blocks (blocks, 2, lines) [m] at a point; 1 mm throughout if the twin has no solution.
 
     Of a periodic record the twin runs one period and what leads into it, from the motion at a `near` point on if there
     is one, unless it is to be run as a `whole` or an effect with a long memory is at work. A rotor on linear bearings
     that a record shows in its motion from the first sample on is in that of all its inputs, and one that only turns is
-    run over a turn.
+    run over a turn. Its `motions` are kept, and a step away from a motion that an effect bends begins in it.
     """
     plant = plant_of(twin, trial, point, near)
     twin, values, begin = plant.twin, plant.setting, plant.near
     if trial.settled and twin.machine.film is None:
         ahead, rows, angle = trial.from_motion
-        period = trial.length if len(ahead) else 0
-        found = twin.run(values, np.concatenate([ahead, rows]), trial.pressure, angle, True, not period, period)
-        table = found[len(ahead) :, :2]
+        motion = None if len(ahead) else motion_of(plant, trial, {} if motions is None else motions)
+        if motion is None:
+            period = trial.length if len(ahead) else 0
+            found = twin.run(values, np.concatenate([ahead, rows]), trial.pressure, angle, True, not period, period)
+            table = found[len(ahead) :, :2]
+        else:
+            table = motion.readings[:, :2]
         if not np.abs(table).max() < BEYOND:  # nor a number
             return np.full(trial.spectra.shape, NO_SOLUTION, complex)
         return trial.lines_of_window(table)
@@ -463,6 +471,26 @@ def simulate(
     if not np.abs(table).max() < BEYOND:  # nor a number
         return np.full(trial.spectra.shape, NO_SOLUTION, complex)
     return trial.short_lines(table[-trial.length :]) if short else trial.lines(table)
+
+
+def motion_of(plant: TrialPlant, trial: Trial, known: dict[Any, ForcedMotion]) -> ForcedMotion | None:
+    """Periodic motion in a trial, from that near it on where one is `known`, which is as it is found from rest."""
+    _, rows, angle = trial.from_motion
+
+    def found(twin: Twin, setting: Setting, near: ForcedMotion | None = None) -> ForcedMotion | None:
+        return forced_motion(twin, setting, rows, trial.pressure, angle, near)
+
+    def kept(twin: Twin, setting: Setting) -> ForcedMotion | None:
+        key = id(twin), trial.inputs, angle, *sorted(setting.items())
+        if key not in known and (new := found(twin, setting)) is not None:
+            for old in list(known)[: 1 - MOST_KNOWN]:
+                known.pop(old, None)
+            known[key] = new
+        return known.get(key)
+
+    if plant.near is None or plant.led is not plant.twin:
+        return kept(plant.twin, plant.setting)
+    return found(plant.twin, plant.setting, kept(plant.led, plant.near))
 
 
 @dataclass(frozen=True)

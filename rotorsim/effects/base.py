@@ -13,7 +13,7 @@ An effect file holds the equation and its source, a dataclass whose fields are m
               force [N] on the shaft at `position` after a share of the sample.
 ``motion``    ``(t, angle, speed, x, y, vx, vy, p) -> (fx, fy)``  force [N] on the shaft at `position` that depends on
               the displacement [m] and velocity [m/s] there; met implicitly by the step.
-              Of a force that turns the shaft, `braking`, with the same arguments, is the torque [N m] along z.
+              Of a force that turns the shaft, `braking`, with these arguments alone, is the torque [N m] along z.
               A force that remembers the motion has `states`, and its kernel ``w, state, h, dx, dy`` before these
               arguments: its states at the start of a step are w[state:], 0 at a run's start, and h [s] and dx, dy [m]
               are time and displacement since then (h = 0 for the linear model's tangent); `keep`, with the same

@@ -435,8 +435,8 @@ class RotorModels:
 
 
 def rotor_models(a: Assembly) -> RotorModels | None:
-    """Models over the speed; None with films or with steady forces that depend on the motion."""
-    if a.films or any(call.effect.port == "motion" and call.effect.steady for call in a.calls):
+    """Models over the speed; None with films or with forces whose tangent may change with the speed."""
+    if a.films or any(c.effect.port == "motion" and (c.effect.steady or c.effect.states) for c in a.calls):
         return None
     speeds = a.mesh.tables.speeds
     kinks = np.unique([0.0, *speeds, max(2 * speeds.max(initial=0.0), LAST_KINK)])

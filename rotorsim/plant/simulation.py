@@ -125,13 +125,17 @@ def table_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
 
 
 def motion_damping(a: Assembly, w: np.ndarray, speed: float) -> np.ndarray:
-    """Modal damping (n, n) of steady forces that depend on the velocity, at rest where w stands."""
+    """Modal damping (n, n) of forces that depend on the velocity, at rest where w stands: steady ones and those with a
+    memory, against a motion that begins.
+    """
     total = np.zeros((a.rotor.n, a.rotor.n))
     q = w[a.rotor.q : a.rotor.q + a.rotor.n]
     for call in a.calls:
-        if call.effect.port == "motion" and call.effect.steady:
+        if call.effect.port == "motion" and (call.effect.steady or call.effect.states):
             kernel = type(call.effect).kernel
-            force = partial(getattr(kernel, "py_func", kernel), 0.0, 0.0, speed, *(rows(a, call.shape, w) @ q))
+            memory = (w, a.rig.states + call.state, 0.0, 0.0, 0.0) if call.effect.states else ()
+            at = (0.0, 0.0, speed, *(rows(a, call.shape, w) @ q))
+            force = partial(getattr(kernel, "py_func", kernel), *memory, *at)
             steps = ((SLOW, 0.0), (0.0, SLOW))
             p = getattr(a.P, call.record)
             slope = [np.subtract(force(*v, p), force(*np.negative(v), p)) / (2 * SLOW) for v in steps]

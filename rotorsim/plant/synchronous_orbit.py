@@ -71,7 +71,8 @@ def start_on_orbit(a: Assembly, speed: float, pressure: float, seed: int = 0) ->
 
 def find_orbit(a: Assembly, rest: np.ndarray, speed: float, pressure: float) -> Orbit:
     """The synchronous orbit that the search finds from the equilibrium in the workspace `rest`."""
-    turns, part = Turns(a, rest, speed, pressure), slice(a.rotor.size)
+    turns = Turns(a, rest, speed, pressure)
+    part = np.r_[: a.rotor.size, turns._remembered]  # a spring's stretch belongs to the displacement
     state, best, least = rest, None, ENOUGH
     answers: list[np.ndarray] = []
     moved: list[tuple[np.ndarray, np.ndarray]] = []

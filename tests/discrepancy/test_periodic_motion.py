@@ -7,9 +7,13 @@ import pytest
 
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, simulate
+from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, load, written
 from rotorsim.discrepancy.hidden_machine import unshaken
+from rotorsim.discrepancy.law_terms import HYSTERESIS
+from rotorsim.discrepancy.shooting import forced_motion
 from rotorsim.discrepancy.trial import block_lines, trial_of
-from rotorsim.discrepancy.twin import Twin, in_motion, repeating_motion
+from rotorsim.discrepancy.twin import RIG_SAMPLE, Twin, in_motion, repeating_motion
+from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant import Plant
 from rotorsim.plant.kernels.layout import READ
@@ -131,6 +135,24 @@ def test_the_last_shot_for_a_motion_is_not_run_again_where_the_plant_is_linear_a
         assert np.all(np.abs(found.readings - run).max(axis=0) <= 1e-8 * np.abs(run).max(axis=0))
 
 
+@pytest.mark.parametrize(("stiffness", "most"), [(0.0, 2), (3e5, 8)])
+def test_a_motion_that_a_rub_bends_is_that_of_a_long_run_and_one_nearby_begins_in_it(stiffness, most):
+    """After 40 s a run has forgotten its start to 1e-9. Slightly other numbers need fewer."""
+    rows = shaken(80 * np.pi)[:4000]
+    setting = {"rub.0.stiffness": stiffness, "rub.0.gap": 5e-6, "rub.0.friction": 0.0}
+    twin = Twin(load_machine("plain_rotor")).lean(setting)
+    found = forced_motion(twin, setting, rows, 0.0, 0.0)
+    assert found is not None and found.runs <= most
+    long = twin.run(setting, np.tile(rows, (50, 1)), 0.0)[-4000:, :2]
+    assert np.abs(found.readings[:, :2] - long).max() < 1e-5 * np.ptp(long)
+    other = setting | {"rub.0.stiffness": 1.01 * stiffness, "shaft_damping": 0.01}
+    apart = forced_motion(twin, other, rows, 0.0, 0.0)
+    nearby = forced_motion(twin, other, rows, 0.0, 0.0, found)
+    assert apart is not None and nearby is not None and nearby.runs < max(apart.runs, 3)
+    change = np.abs(apart.readings - found.readings)[:, :2].max()
+    assert np.abs(nearby.readings - apart.readings)[:, :2].max() < 2e-3 * change
+
+
 @pytest.mark.parametrize(("hertz", "period", "left"), [(40.0, 0, 1e-12), (41.3, 4000, 1e-3)])
 def test_a_delayed_sensor_shows_the_motion_found_from_the_first_sample_on(hertz, period, left):
     """A delay of 5 samples: its ring of 64 ends where the record begins, whatever was run to find the motion.
@@ -209,3 +231,19 @@ def test_every_input_has_to_repeat_with_the_period():
     assert trial_of(rows, np.zeros((len(rows), 2)), 0.0, "force").length == 4000
     rows[:, 2] = np.random.default_rng(1).normal(size=len(rows))
     assert not trial_of(rows, np.zeros((len(rows), 2)), 0.0, "both").repeating
+
+
+@pytest.mark.parametrize("reach", [4e-6, 1e-6])
+def test_a_motion_with_a_spring_behind_dry_friction_is_that_of_a_long_run(reach, request):
+    """The spring slips in each period; its stretch goes on from one run to the next, and settles with the motion."""
+    one = LawTerm(HYSTERESIS, (("reach", reach),), one=True)
+    load(written(ProposedLaw("disc 0", (one,), np.ones(1), 0, 0, 0, np.zeros(0), np.ones(1)), {"disc 0": 0.3}, "slips"))
+    request.addfinalizer(lambda: REGISTRY.pop("slips"))
+    rotor = load_machine("plain_rotor").replace("effects.slips.hysteresis", "2e5 N/m")
+    twin, speed = Twin(rotor.replace("effects.slips.reach", f"{reach!r} m")), 80 * np.pi
+    t = np.arange(4000) * RIG_SAMPLE
+    rows = np.zeros((len(t), 6))
+    rows[:, 0], rows[:, 4] = speed, 4 * np.sin(2 * np.pi * 25 * t) + 2 * np.sin(2 * np.pi * 37.5 * t)
+    found = forced_motion(twin, {}, rows, 0.0, 0.0)
+    long = Simulation(twin.assembly, settle(twin.assembly, speed, 0.0)).advance(np.tile(rows, (50, 1)))
+    assert found.readings[:, :2] == pytest.approx(long[-len(rows) :, READ : READ + 2], abs=1e-9)

@@ -5,11 +5,13 @@ import pytest
 
 from reynolds.jit import inlined
 from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, load, written
-from rotorsim.discrepancy.law_terms import HYSTERESIS
+from rotorsim.discrepancy.law_terms import HYSTERESIS, LIBRARY
 from rotorsim.effects import REGISTRY, Effect, register
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
+from rotorsim.plant.linearise import rotor_models
 from rotorsim.plant.simulation import matrix, rows, stiffness
+from rotorsim.plant.synchronous_orbit import start_on_orbit
 
 STIFFNESS, REACH, HERTZ = 2e5, 2e-6, 20.0
 
@@ -126,3 +128,33 @@ def test_a_force_of_the_motion_with_states_keeps_them_and_is_not_steady(own):
     with pytest.raises(ValueError, match="keep"):
         register(type("Wrong", (Effect,), {"name": "wrong", "port": "motion", "kernel": force, **own}))
     assert "wrong" not in REGISTRY
+
+
+@pytest.mark.usefixtures("slider")
+@pytest.mark.parametrize("reach", ["10 mm", "4 um"])
+def test_an_orbit_with_the_spring_is_found_whether_it_sticks_or_slips(reach):
+    rotor = load_machine("plain_rotor").replace("effects.slider.hysteresis", f"{STIFFNESS!r} N/m")
+    a, speed = Plant(rotor.replace("effects.slider.reach", reach)).assembly, 200.0
+    run = start_on_orbit(a, speed, 0.0)
+    turn = round(2 * np.pi / speed / a.sampling_time)
+    inputs = np.zeros((20 * turn, 6))
+    inputs[:, 0] = speed
+    table = run.advance(inputs)[:, :2]
+    assert run.on_orbit
+    assert np.ptp(table[-turn:], axis=0) == pytest.approx(np.ptp(table[:turn], axis=0), rel=1e-4)
+
+
+def test_the_linear_model_has_the_damping_next_to_a_memory_and_is_made_at_each_speed():
+    loss = LawTerm(next(one for one in LIBRARY if one.name == "damping"), (), one=True)
+    zeta = []
+    for terms in ([LawTerm(HYSTERESIS, (("reach", REACH),), one=True), loss], [loss]):
+        size = np.ones(len(terms))
+        law = ProposedLaw("disc 0", tuple(terms), size, 0, 0, 0, np.zeros(0), size)
+        load(written(law, {"disc 0": 0.3}, "lossy"))
+        rotor = load_machine("plain_rotor").replace("effects.lossy.damping", "50 N*s/m")
+        rotor = rotor.replace("effects.lossy.hysteresis", "1e-3 N/m") if len(terms) > 1 else rotor
+        plant = Plant(rotor)
+        assert rotor_models(plant.assembly) is None
+        zeta.append(plant.linearise(200.0).zeta[:2])
+        REGISTRY.pop("lossy")
+    assert zeta[0] == pytest.approx(zeta[1], rel=1e-6) and zeta[0].min() > 0.01
