@@ -90,6 +90,7 @@ from rotorsim.discrepancy.gap import (
     gap_dataset,
     gap_of,
     missed_bands,
+    reduction,
     rms,
     spectra_of,
     virtual_readings,
@@ -640,8 +641,8 @@ class DiagnosisRun:
             own = [note for note in notes if note not in judgement.notes]  # those are about the catalogue's verdict
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
-            if found and isinstance(found, str) and unanswered and flags and self.machine.film is None:
-                found = self._with_memory(base, flags, apart, seen, own, rivals) or found
+            if found and unanswered and flags and self.machine.film is None:
+                found = self._or_with_memory(found, base, flags, apart, seen, own, rivals)
             if isinstance(found, Diagnosis):
                 return found
             notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
@@ -820,6 +821,16 @@ class DiagnosisRun:
             found, status="discovered", effects=(), ties=(), planner=None, seen_from=self.seen_from,
             discovered=law_found,
         )  # fmt: skip
+
+    def _or_with_memory(self, found: Diagnosis | str, *given: Any) -> Diagnosis | str:
+        """What was found, or a law with a memory: in place of none, and of several terms that leave more of the gap.
+
+        Records that were not fitted decide: several terms nearly make the loop of a spring behind dry friction.
+        """
+        single = isinstance(found, Diagnosis) and (found.discovered is None or len(found.discovered.kinds) == 1)
+        other = None if single else self._with_memory(*given)
+        less = not isinstance(found, Diagnosis) or (other is not None and reduction(other.gap) > reduction(found.gap))
+        return other if other is not None and less else found
 
     def _with_memory(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
