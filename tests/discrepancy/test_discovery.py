@@ -57,6 +57,7 @@ from rotorsim.discrepancy.law_terms import (
     slipping,
 )
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
+from rotorsim.discrepancy.result import Diagnosis
 from rotorsim.discrepancy.stochastic import (
     BlockDeviations,
     NoiseModel,
@@ -1337,6 +1338,24 @@ def test_a_spring_behind_a_slider_takes_the_work_of_its_loop_and_is_a_spring_bel
     assert work == pytest.approx(4 * 2.0 * reach * (2.0 - 2.0 * reach), rel=1e-3) and np.abs(z).max() <= 2.0 * reach
     stuck = slipping(u, 5.0)
     assert np.diff(stuck) == pytest.approx(np.diff(u), abs=1e-12)
+
+
+@pytest.mark.parametrize(("kinds", "left", "memory"), [
+    (("dead band", "drag"), 0.5, True), (("dead band", "drag"), 0.05, False), (("cubic",), 0.5, False), ((), 0.0, True),
+])  # fmt: skip
+def test_several_terms_give_way_to_a_memory_that_leaves_less_of_the_untouched_gap(kinds, left, memory):
+    def law(kinds, left):
+        found = object.__new__(Diagnosis)
+        gap = xr.Dataset({"gap": (("record", "axis", "stage"), [[[2.0, 1.0, left, 0.0]]]),
+                          "role": ("record", ["untouched"])})  # fmt: skip
+        vars(found).update(discovered=SimpleNamespace(kinds=kinds), gap=gap)
+        return found
+
+    spring = law(("hysteresis",), 0.1)
+    run = SimpleNamespace(_with_memory=lambda *given: spring)
+    found = law(kinds, left) if kinds else "none is borne out"
+    assert (DiagnosisRun._or_with_memory(run, found) is spring) == memory
+    assert DiagnosisRun._or_with_memory(SimpleNamespace(_with_memory=lambda *given: None), found) is found
 
 
 @pytest.mark.slow
