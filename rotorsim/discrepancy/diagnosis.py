@@ -823,7 +823,7 @@ class DiagnosisRun:
         )  # fmt: skip
 
     def _or_with_memory(self, found: Diagnosis | str, *given: Any) -> Diagnosis | str:
-        """What was found, or a law with a memory: in place of none, and of several terms that leave more of the gap.
+        """The finding, or a law with a memory: in place of none, and of several terms that leave more of the gap.
 
         Records that were not fitted decide: several terms nearly make the loop of a spring behind dry friction.
         """
