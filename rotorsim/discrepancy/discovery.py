@@ -24,6 +24,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from importlib.util import module_from_spec, spec_from_file_location
 from itertools import product
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,7 @@ from rotorsim.discrepancy.law_terms import (
     PlaceMotion,
     force_curve,
     law_places,
+    off_shaft,
 )
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
@@ -56,6 +58,8 @@ from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import Explanation, probability_of, with_other
 from rotorsim.effects import REGISTRY
+from rotorsim.effects.base import BETWEEN, HOUSING
+from rotorsim.machine import Machine
 
 MOST_TERMS = 3
 """Most terms of a law."""
@@ -425,6 +429,8 @@ def solved(
     return ProposedLaw(place, tuple(terms), x[k:], cost, misfit, left_over, x[:k], sd[k:])
 
 
+ACTS = {"": "", HOUSING: ", on the housing of the bearing", BETWEEN: ", between the bearing's housing and the shaft"}
+"""Further words on the place of a law, by what moves there."""
 SLIPPING = ";\nslipping(x, reach) is the stretch of a spring that follows x up to the reach, where its foot slips"
 SLIDER = '''
 
@@ -436,10 +442,13 @@ def slipping(stretch, reach):
 """Further text of the module of a spring behind dry friction: a part of its law, and a function."""
 
 
-def named(proposal: ProposedLaw, places: Mapping[str, float], sd: dict[str, float] | None = None) -> tuple[str, str]:
-    """Name of a law as an effect, which no other law has, and its module."""
-    own = hashlib.sha256(written(proposal, places, "law", sd).encode()).hexdigest()[:12]
-    return (name := f"law_{own}"), written(proposal, places, name, sd)
+def named(
+    proposal: ProposedLaw, machine: Machine, sd: dict[str, float] | None = None
+) -> tuple[str, str]:  # fmt: skip
+    """Name of a law as an effect of a machine, which no other law has, and its module."""
+    places, moving = law_places(machine), off_shaft(machine)
+    own = hashlib.sha256(written(proposal, places, "law", sd, moving).encode()).hexdigest()[:12]
+    return (name := f"law_{own}"), written(proposal, places, name, sd, moving)
 
 
 def effects_of(proposal: ProposedLaw, name: str) -> dict[str, str]:
@@ -448,21 +457,25 @@ def effects_of(proposal: ProposedLaw, name: str) -> dict[str, str]:
 
 
 def written(
-    proposal: ProposedLaw, places: Mapping[str, float], name: str, sd: dict[str, float] | None = None
+    proposal: ProposedLaw, places: Mapping[str, float], name: str, sd: dict[str, float] | None = None,
+    moving: Mapping[str, str] = MappingProxyType({}),
 ) -> str:  # fmt: skip
     """Module of a law as an effect at each of its places [m]: equations, units and, where known, standard deviations.
 
-    The module is run, so that nothing of a machine file but numbers stands in it: its place is a coordinate.
+    The module is run, so that nothing of a machine file but numbers stands in it: its place is a coordinate, and what
+    is `moving` there where that is not the shaft.
     """
-    parts = [(places[place], proposal.part_at(place), own) for place, own in effects_of(proposal, name).items()]
+    effects = effects_of(proposal, name)
+    parts = [(places[place], proposal.part_at(place), own) for place, own in effects.items()]
+    at = {own: moving.get(place, "") for place, own in effects.items()}
     slips = any(one.term.slips for one in proposal.terms)
     head = "\n\n".join(
-        f"{1e3 * z:.6g} mm along the shaft:\n\n    F_x = {x} [N]\n    F_y = {y} [N]"
-        for z, part, _ in parts for x, y in ((one.replace("p.", "") for one in _equations(part)),)
+        f"{1e3 * z:.6g} mm along the shaft{ACTS[at[own]]}:\n\n    F_x = {x} [N]\n    F_y = {y} [N]"
+        for z, part, own in parts for x, y in ((one.replace("p.", "") for one in _equations(part)),)
     )  # fmt: skip
     tables = "\n\n".join(_table(part, z, own, sd or {}) for z, part, own in parts)
     return (
-        f'''"""Law discovered from records: a force on the shaft.
+        f'''"""Law discovered from records: a force on the rotor.
 
 {head}
 
@@ -478,7 +491,7 @@ from reynolds.jit import inlined
 from rotorsim.effects import Effect, param, register
 '''
         + SLIDER * slips
-        + "".join(_effect(part, own) for _, part, own in parts)
+        + "".join(_effect(part, own, z, at[own]) for z, part, own in parts)
     )
 
 
@@ -506,8 +519,8 @@ def _table(part: ProposedLaw, position: float, name: str, sd: Mapping[str, float
     return "\n".join([f"    [[effects.{name}]]", *rows])
 
 
-def _effect(part: ProposedLaw, name: str) -> str:
-    """Kernel and class of the effect at a place."""
+def _effect(part: ProposedLaw, name: str, z: float, what: str) -> str:
+    """Kernel and class of the effect at a place [m], of what moves there where that is not the shaft."""
     fields = []
     for one in part.terms:
         for parameter in one.parameters:
@@ -518,12 +531,13 @@ def _effect(part: ProposedLaw, name: str) -> str:
             fields.append(f"    {key}: float = param({given})")
     slips = any(one.term.slips for one in part.terms)
     steady = not (slips or any(one.term.turns for one in part.terms))
-    given, force, keep, own = "t, angle, speed, x, y, vx, vy, p", ", ".join(_equations(part)), "", ""
+    given, force, keep = "t, angle, speed, x, y, vx, vy, p", ", ".join(_equations(part)), ""
+    own = f'\n    influence = "{what}"' if what else ""
     if slips:
         given, stretches = f"w, state, h, dx, dy, {given}", ("w[state] + dx", "w[state + 1] + dy")
         for axis, stretch in zip("xy", stretches, strict=True):
             force = force.replace(f"slipping({axis},", f"slipping({stretch},")
-        own = f'\n    keep, states, memory = {name}_keep, 2, "short"'
+        own += f'\n    keep, states, memory = {name}_keep, 2, "short"'
         keep = f'''
 
 @inlined
@@ -545,7 +559,7 @@ class {"".join(word.title() for word in name.split("_"))}(Effect):
 
     port, kernel, steady = "motion", {name}, {steady}{own}
 {chr(10).join(fields)}
-    position: float | None = param("m", default=None, doc="Where it acts along the shaft.")
+    position: float | None = param("m", default={float(z) if what else None}, doc="Where it acts along the shaft.")
 '''
 
 
@@ -689,7 +703,7 @@ def discovered(
     fitted = replace(proposal, coefficients=sizes, terms=tuple(
         replace(one, shape=tuple((key, terms[key][0]) for key, _ in one.shape)) for one in proposal.terms))  # fmt: skip
     at, sd = law_places(seen.comparison.twin.machine), {key: sd for key, (_, sd) in terms.items()}
-    name, text = named(fitted, at, sd)
+    name, text = named(fitted, seen.comparison.twin.machine, sd)
     path = in_cache("laws") / f"{name}.py"
     write_text(path, text)
     first = fitted.places[0]
@@ -875,7 +889,7 @@ def candidate_laws(proposals: Sequence[ProposedLaw], twin: Twin) -> Iterator[tup
     places, names, forms = law_places(twin.machine), list[str](), list[Form]()
     try:
         for proposal in proposals:
-            name, text = named(proposal, places)
+            name, text = named(proposal, twin.machine)
             names += effects_of(proposal, name).values()
             load(text)
             forms.append(form_of(proposal, places, name))

@@ -34,6 +34,7 @@ from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.trial import Trial
 from rotorsim.discrepancy.twin import Twin
+from rotorsim.effects.base import BETWEEN, HOUSING
 from rotorsim.machine import Machine
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.plant.linearise import LinearPlant, linearise
@@ -50,6 +51,8 @@ THINNEST = 0.02
 """Film thickness in a term, as a share of the clearance, below which it does not fall."""
 MOTION = ("u", "w", "du", "dw")
 """Names of displacement and velocity along the axis of an expression and across it."""
+OF_HOUSING = "the housing of "
+"""Beginning of the name of a housing as a place, before its bearing's."""
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
 MOMENTS = 500
@@ -260,12 +263,22 @@ def clearances(machine: Machine) -> dict[str, float]:
     return {name: b.clearance for name, b in pairs if isinstance(b, GasFilm)}
 
 
+def off_shaft(machine: Machine) -> dict[str, str]:
+    """What moves at the places where a law does not act between shaft and ground, by their names.
+
+    A bearing whose housing moves acts between both, and the housing's own support between it and the ground.
+    """
+    names = [machine.bearings_in_words[i] for i in machine.supported]
+    return dict.fromkeys(names, BETWEEN) | {f"{OF_HOUSING}{name}": HOUSING for name in names}
+
+
 def law_places(machine: Machine) -> dict[str, float]:
-    """Places [m] where a law may act, by name: discs, bearings, and a plane of probes of its own."""
+    """Places [m] where a law may act, by name: discs, bearings, housings, and a plane of probes of its own."""
     found = {n: d.position for n, d in zip(machine.disc_names, machine.discs, strict=True)}
     found |= {n: b.position for n, b in zip(machine.bearings_in_words, machine.bearings, strict=True)}
     z = Mesh(machine).probe
     near = all(abs(z - own) > 1e-6 for own in found.values())
+    found |= {name: found[name.removeprefix(OF_HOUSING)] for name in off_shaft(machine)}
     return found | ({"the plane of the probes": z} if near else {})
 
 
@@ -354,7 +367,8 @@ def probe_answers(twin: Twin, point: ParameterPoint, trial: Trial, order: int) -
     """Largest vibration of a trial's probes (places,) [m/N] by a force at an order, at each of `law_places`."""
     plant, mesh, seen = linear_model(twin, point, trial)
     moved = seen @ answer(np.linalg.inv, plant.dynamic_stiffness(1j * order * abs(trial.speed)))
-    shapes = [mesh.shape_between(z) for z in law_places(twin.machine).values()]
+    moving = off_shaft(twin.machine)
+    shapes = [mesh.moving(moving.get(name, PLANE), z) for name, z in law_places(twin.machine).items()]
     return np.array([np.linalg.norm(moved @ shape.T, 2) for shape in shapes])
 
 
@@ -379,11 +393,13 @@ def _motions(
     Z = answer(np.linalg.inv, plant.factor(1j * omega).stiffness)
     n = 2 ** math.ceil(math.log2(2 * OVER * len(omega)))
     t = np.arange(n) / n * trial.length * RIG_SAMPLE
-    found, films = {}, clearances(twin.machine)
+    found, films, moving = {}, clearances(twin.machine), off_shaft(twin.machine)
+    known = {key: value for key, value in trial.changes.items() if key != PLANE}
     for name, z in places.items():
-        own = replace(trial, changes={**trial.changes, PLANE: z}, probe_angle=None, names=())
+        what = moving.get(name, PLANE)
+        own = replace(trial, changes={**known, what: z}, probe_angle=None, names=())
         q = simulate(twin, own, point).mean(axis=0)
-        shape = mesh.shape_between(z)
+        shape = mesh.moving(what, z)
         H, here = (np.array([rows @ inverse @ shape.T for inverse in Z]) for rows in (seen, shape))
         force = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(H, r.T, strict=True)])
         q = q + np.einsum("lij,lj->il", here, force)

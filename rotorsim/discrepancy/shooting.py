@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorsim.discrepancy.twin import FAILURES, ROUNDS, Setting, Twin, _forgotten, _put_in_motion
+from rotorsim.discrepancy.twin import FAILURES, ROUNDS, Setting, Twin, _forgotten, _put_in_motion, state_places
 from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.linearise import linearise
 from rotorsim.plant.simulation import Simulation, settle
@@ -64,20 +64,17 @@ def forced_motion(
     try:
         w = settle(a, speed, twin.regulator(setting, speed, pressure))
         w[a.rotor.angle] = angle
-        rest, n, rotor = w.copy(), a.rotor.n, a.rotor
+        rest, n = w.copy(), a.rotor.n
         A = linearise(a, w, speed).A
         B = _forgotten(a, A, len(rows), np.ones(1))
         if B is None:
             return None
         if near is not None and near.twin is twin and near.runs > BENT:
             _put_in_motion(w, a, a, near.rest, near.moving)
-            w[rotor.matrix_speed], B = np.inf, near.inverse
+            w[a.rotor.matrix_speed], B = np.inf, near.inverse
         else:
             near = None
-        at = np.concatenate([rotor.q + np.arange(n), rotor.v + np.arange(n)])
-        # a step begins at the displacement and velocity of the last one's end, which it keeps apart
-        begin = np.concatenate([rotor.q_old + np.arange(n), rotor.v_old + np.arange(n)])
-        began = {i: rest[i] for i in (rotor.angle, a.rig.tick, rotor.time, rotor.turns)}
+        at, begin, rates, clock = state_places(a)
         step = last = np.zeros(2 * n)
         enough = SETTLED
         for number in range(1, (MOST_REMEMBERING if remembering else ROUNDS) + 1):
@@ -95,10 +92,8 @@ def forced_motion(
             elif left <= enough:
                 return ForcedMotion(twin, readings, rest, w, B, number)
             moved[at] = moved[begin] = before + step
-            # and it keeps the acceleration
-            moved[rotor.a_old + np.arange(n)] += A[n:] @ (step - change)
-            for i, value in began.items():
-                moved[i] = value
+            moved[rates] += A[n:] @ (step - change)
+            moved[clock] = rest[clock]
             w = moved
         return ForcedMotion(twin, np.full_like(readings, np.nan), rest, w, B, number) if remembering else None
     except FAILURES:

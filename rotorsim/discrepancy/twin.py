@@ -22,7 +22,7 @@ from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.changes import PLANE
 from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
-from rotorsim.effects.base import WHERE
+from rotorsim.effects.base import OFF_SHAFT, WHERE
 from rotorsim.machine import Machine
 from rotorsim.plant.assemble import Assembly, assemble, put_rows, states_of
 from rotorsim.plant.kernels.layout import READ
@@ -44,9 +44,10 @@ SETTLED = 1e-5
 """Last correction of the state, relative, from which on the motion is periodic."""
 EXACT = 1e-9
 """Last correction of the state, relative, from which on the shot that led to it is the motion, and is not run again."""
+READ_AT = (PLANE, *OFF_SHAFT)
+"""Keys of the coordinate z [m] at which the displacement of the shaft, of a housing or of both apart is read."""
 Setting = Mapping[str, float]
-"""Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or 'plane', the
-coordinate z [m] whose displacement is read."""
+"""Values by key: 'effect.table.parameter' (absolute, SI), a name of FACTORS (a relative change), or one of READ_AT."""
 FACTORS = ("curtain_discharge", "shaft_damping", "shaft_stiffness", "shaft_shear", "actuator_x", "actuator_y")
 """Keys of relative changes of numbers that no effect describes."""
 PRESSURE = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -166,6 +167,14 @@ class RepeatingMotion:
     readings: np.ndarray | None
 
 
+def state_places(a: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Places in a workspace of a rotor's displacement and velocity (2 n,), of those that a step begins at, which it
+    keeps apart (2 n,), of the acceleration that it keeps too (n,), and of what tells time and turns (4,)."""
+    R, n = a.rotor, np.arange(a.rotor.n)
+    clock = np.array([R.angle, a.rig.tick, R.time, R.turns])
+    return np.r_[R.q + n, R.v + n], np.r_[R.q_old + n, R.v_old + n], R.a_old + n, clock
+
+
 def repeating_motion(
     a: Assembly, w: np.ndarray, speed: float, pressure: float, inputs: np.ndarray | None = None
 ) -> RepeatingMotion | None:
@@ -188,12 +197,8 @@ def repeating_motion(
     A = linearise(a, w, speed).A
     if (forgotten := _forgotten(a, A, last, weights)) is None:
         return None
-    rotor, n = a.rotor, a.rotor.n
-    at = np.concatenate([rotor.q + np.arange(n), rotor.v + np.arange(n)])
-    # a step begins at the displacement and velocity of the last one's end, which it keeps apart
-    begin = np.concatenate([rotor.q_old + np.arange(n), rotor.v_old + np.arange(n)])
-    rates = rotor.a_old + np.arange(n)  # so it keeps the acceleration
-    began = {i: w[i] for i in (rotor.angle, a.rig.tick, rotor.time, rotor.turns)}
+    rotor, n, began = a.rotor, a.rotor.n, w.copy()
+    at, begin, rates, clock = state_places(a)
     turn = 2 * np.pi / abs(speed) if inputs is None else len(inputs) * RIG_SAMPLE
     remembers = any(call.effect.states for call in a.calls)
     # readings are those of the run's own samples; what sensors remember by their number ends where the run begins
@@ -218,8 +223,7 @@ def repeating_motion(
         left = float(np.linalg.norm(jump)) / max(float(np.linalg.norm(before)), 1e-300)
         if left <= SETTLED:
             break
-    for i, value in began.items():
-        w[i] = value
+    w[clock] = began[clock]
     exact = left <= EXACT and not remembers
     return RepeatingMotion(w, left <= SETTLED, readings[:, READ : READ + 5] if exact else None)
 
@@ -262,9 +266,7 @@ def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarra
     forgotten = _forgotten(a, linearise(a, w, speed).A, len(period), np.ones(1))
     if forgotten is None:
         return w
-    n = a.rotor.n
-    at = np.concatenate([a.rotor.q + np.arange(n), a.rotor.v + np.arange(n)])
-    begin = np.concatenate([a.rotor.q_old + np.arange(n), a.rotor.v_old + np.arange(n)])
+    at, begin, rates, clock = state_places(a)
     free, unforced = w.copy(), period.copy()
     unforced[:, 2:6] = 0.0
     free[a.rig.tick] -= len(period)  # what sensors remember by the number of a sample ends where the run begins
@@ -274,9 +276,8 @@ def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarra
     sensors = [
         a.rig.states + call.state + np.arange(call.effect.states) for call in a.calls if call.effect.port == "sensor"
     ]
-    last = np.concatenate([a.rotor.a_old + np.arange(n), *sensors])
-    start, began = w[at], {i: w[i] for i in (a.rotor.angle, a.rig.tick, a.rotor.time, a.rotor.turns)}
-    found, d = w, np.zeros(2 * n)
+    last = np.concatenate([rates, *sensors])
+    start, found, d = w[at], w, np.zeros(len(at))
     for _ in range(ROUNDS):
         moved = found.copy()
         moved[a.rig.tick] -= len(period)
@@ -286,11 +287,9 @@ def in_forced_motion(a: Assembly, w: np.ndarray, speed: float, period: np.ndarra
             return w
         d = d + forgotten @ change
         found = moved
-        found[at] = start + d
-        found[begin] = found[at]
+        found[at] = found[begin] = start + d
         found[last] += w[last] - free[last]
-        for i, value in began.items():
-            found[i] = value
+        found[clock] = w[clock]
         if np.linalg.norm(forgotten @ change) < SETTLED * np.linalg.norm(d):
             break
     return found
@@ -384,8 +383,8 @@ class Twin:
             stiffer, lossier = (setting.get(f"bearing.{place}.{what}{axis}", 0.0) for what in "kc")
             _bear(a, w, int(place), axis, stiffer, lossier)
         for key, value in setting.items():
-            if key == PLANE:
-                put_rows(w, a.rotor.disc, a.mesh.shape_between(value), a.rotor.n)
+            if key in READ_AT:
+                put_rows(w, a.rotor.disc, a.mesh.moving(key, value), a.rotor.n)
             elif key in FACTORS:
                 _scale(a, record, w, key, value)
             elif "." in key and not key.startswith("bearing."):
@@ -395,7 +394,7 @@ class Twin:
             effect: Any = replace(self.effect(name, number), **values)
             if "position" in values:
                 call = next(c for c in a.calls if c.record == f"{name}_{number}")
-                put_rows(w, call.shape, a.mesh.shape_between(values["position"], a.mesh.on_disc(effect)), a.rotor.n)
+                put_rows(w, call.shape, a.mesh.influence(effect), a.rotor.n)
             row = record[f"{name}_{number}"]
             for parameter, value in (values | effect.derived(a.machine)).items():
                 if parameter not in WHERE:
@@ -595,7 +594,7 @@ def _key(setting: Setting) -> tuple[tuple[str, float], ...]:
 
 def _is_of_sensors(key: str) -> bool:
     """Whether a key of a setting changes readings alone."""
-    return key == PLANE or getattr(REGISTRY.get(key.split(".")[0]), "port", "") == "sensor"
+    return key in READ_AT or getattr(REGISTRY.get(key.split(".")[0]), "port", "") == "sensor"
 
 
 def _scale(a: Assembly, record: Any, w: np.ndarray, key: str, change: float) -> None:

@@ -5,7 +5,8 @@ An effect file holds the equation and its source, a dataclass whose fields are m
 
 ``force``     ``(t, angle, speed, acceleration, p) -> (fx, fy)``  force [N] on the shaft at the effect's
               `position`, at time t [s]; with ``influence = "mass"`` the pair is an acceleration [m/s^2] of the
-              whole shaft, with ``influence = "bow"`` the deflection [m] the unloaded shaft has between its bearings.
+              whole shaft, with ``influence = "bow"`` the deflection [m] the unloaded shaft has between its bearings,
+              with "housing" the force is on the housing of the bearing at `position`, with "between" between both.
               `angle` [rad] stays within one turn, so only whole orders of it are continuous.
               Of a force that jumps at the start of a sample, `onset`, with the same arguments, is the jump there.
 ``random_force`` ``(w, state, seed, sample, speed, p)``  moves its `states` in w[state:] on by a sample, once a sample,
@@ -344,6 +345,8 @@ class SampledEffect(Effect):
         return {"interval": machine.sampling_time}
 
 
+HOUSING, BETWEEN = OFF_SHAFT = ("housing", "between")
+"""What moves besides the shaft: the housing of a bearing, and the shaft against it."""
 WHERE = ("position", "bearing")
 """Parameters that place an effect, which its kernel does not see."""
 SHIPPED = modules_below(__package__, Path(__file__).parent)

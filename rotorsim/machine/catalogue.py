@@ -31,7 +31,12 @@ PLACES = {
     "bearing": "at the first linear bearing",
     "start": "at the left end of the shaft",
 }
-INFLUENCES = {"mass": "on every mass of the rotor", "bow": "between the outermost bearings"}
+INFLUENCES = {
+    "mass": "on every mass of the rotor",
+    "bow": "between the outermost bearings",
+    "housing": "on the housing of the bearing at `position`",
+    "between": "between the shaft and the housing of the bearing at `position`",
+}
 ELSEWHERE = {
     "contact": "in the gas bearing",
     "film": "on the gap of the gas bearing",

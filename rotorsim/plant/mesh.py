@@ -25,6 +25,7 @@ from fe_shaft.response import StaticResult, run_static
 from fe_shaft.shaft import mirrored
 from rotorsim.base.errors import MachineFileError
 from rotorsim.effects import Effect
+from rotorsim.effects.base import HOUSING, OFF_SHAFT
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
 from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
@@ -314,8 +315,24 @@ class Mesh:
         """Rows (2, 2n) of the shaft's displacement against the housing of a bearing."""
         return self.shape(self.machine.bearings[bearing].position) - self.housing(bearing)
 
+    def moving(self, what: str, z: float) -> np.ndarray:
+        """Rows (2, 2n) of the displacement of what moves at z [m]: the shaft, or one of `OFF_SHAFT`.
+
+        Raises MachineFileError where no bearing with a housing that moves stands there.
+        """
+        if what not in OFF_SHAFT:
+            return self.shape_between(z)
+        for number in self.machine.supported:
+            if abs(self.machine.bearings[number].position - z) <= SAME_PLACE:
+                return self.housing(number) if what == HOUSING else self.between(number)
+        raise MachineFileError(
+            f"effects: no housing moves {1e3 * z:.6g} mm along the shaft; give a bearing there a support",
+            argument="position",
+            value=z,
+        )
+
     def influence(self, effect: Effect) -> np.ndarray:
-        """Rows (2, 2n) through which an effect acts: a node's, a bearing's, the whole mass's or a bow's.
+        """Rows (2, 2n) through which an effect acts: a node's, a bearing's, a housing's, the whole mass's or a bow's.
 
         The weight of a housing is taken out by its alignment; a foundation that shakes, shakes it too.
         """
@@ -323,6 +340,8 @@ class Mesh:
             return self.bow
         if effect.influence == "mass":
             return self.reduced.body() if type(effect).foundation is None else self.shaken_mass
+        if effect.influence in OFF_SHAFT:
+            return self.moving(effect.influence, self.place(effect))
         number = self.bearing_number(effect)
         return self.shape_between(self.place(effect), self.on_disc(effect)) if number is None else self.between(number)
 

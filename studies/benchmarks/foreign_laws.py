@@ -51,8 +51,10 @@ HELD = True
 """Whether the force of a sample holds until the next one."""
 POINTS, HIGHEST = 8192, 800.0
 """Moments in a period, and highest line [Hz] of the response."""
-PLACES = {"left bearing": 0, "disc 0": 4, "disc 1": 9, "right bearing": 12}
+PLACES = {"left bearing": 0, "disc 0": 4, "disc 1": 9, "right bearing": 12, "right housing": 13}
 """Nodes at which a law may act."""
+HOUSING = (2.5, 4e6, 3e6, 400.0, 400.0)
+"""Mass [kg], stiffness along x and y [N/m] and damping [N s/m] of the right bearing's housing, where it moves."""
 WANDER = float(np.sqrt(2) * RATE**1.5 / np.sqrt(8))
 """Standard deviation of the noise behind two low-passes of a second that makes the angle of the shaft."""
 Force = Callable[[np.ndarray, np.ndarray, np.ndarray, float], np.ndarray]
@@ -329,6 +331,12 @@ def drawn(law: HiddenLaw, seed: int, factor: float = 1.0) -> LawCase:
     return sized(case, FLOOR * factor * float(np.exp(rng.uniform(np.log(3), np.log(10)))))
 
 
+def on_housing(case: LawCase) -> LawCase:
+    """A case with its law under the right bearing's housing, which moves, and as large a change of the response."""
+    own = replace(case, place="right housing", rig=replace(case.rig, housing=HOUSING))
+    return sized(own, change(case, case.size, {}))
+
+
 def drawn_pair(name: str, seed: int, factor: float = 1.0) -> LawCase:
     """Case of a pair of laws, on the rig of the first one, each of which changes the response alone as in `drawn`."""
     *names, together = PAIRS[name]
@@ -401,9 +409,12 @@ RIGHT_TERMS = {
 """Terms of the library that are right, by the class of a law."""
 
 
-def machine_of_laws() -> Machine:
+def machine_of_laws(housing: bool = False) -> Machine:
     """The machine file as it is believed to be, without its weight: laws act about the middle of their places."""
-    return Machine.from_text(re.sub(r"\[effects\.gravity\]\n.*\n", "", machine_text()))
+    machine = Machine.from_text(re.sub(r"\[effects\.gravity\]\n.*\n", "", machine_text()))
+    mass, kx, ky, cx, cy = HOUSING
+    support = {"mass": f"{mass} kg", "kxx": f"{kx} N/m", "kyy": f"{ky} N/m", "cxx": f"{cx} N*s/m", "cyy": f"{cy} N*s/m"}
+    return machine.replace("bearings.1.support", support) if housing else machine
 
 
 KINDS = {
@@ -454,7 +465,8 @@ def judged_law(case: LawCase, law: Any) -> dict[str, Any]:
 
 def place_of(case: LawCase) -> str:
     """Place of a law as a verdict calls it."""
-    return f"the bearing {case.place.split()[0]}" if "bearing" in case.place else case.place
+    side, _, part = case.place.partition(" ")
+    return {"bearing": f"the bearing {side}", "housing": f"the housing of the bearing {side}"}.get(part, case.place)
 
 
 def size_of(case: LawCase, value: float) -> float:
@@ -467,7 +479,7 @@ def diagnosed(case: LawCase, models: CompiledModels) -> dict[str, Any]:
     """Verdict on one case with its outcome."""
     made, cpu = records(case), time.process_time()
     try:
-        found = diagnose(machine_of_laws(), made, models=models)
+        found = diagnose(models.twin.machine, made, models=models)
     except RotorsimError as error:
         return {"outcome": "refused", "sentence": str(error), "cpu_s": time.process_time() - cpu, "status": "refused"}
     cpu = time.process_time() - cpu
@@ -483,14 +495,16 @@ def main() -> None:
     names = [law.name for law in LAWS]
     parser.add_argument("--laws", nargs="+", choices=[*names, *PAIRS], default=names, help="laws, or pairs of them")
     parser.add_argument("--size", type=float, default=1.0, help="factor on all sizes")
+    parser.add_argument("--housing", action="store_true", help="every law under the right bearing's housing")
     asked = parser.parse_args()
     asked.folder.mkdir(parents=True, exist_ok=True)
     cases = [drawn(law, seed, asked.size) for seed in asked.seeds for law in LAWS if law.name in asked.laws]
     cases += [drawn_pair(name, seed, asked.size) for seed in asked.seeds for name in PAIRS if name in asked.laws]
+    cases = [on_housing(case) for case in cases] if asked.housing else cases
     truth = json.dumps([case.truth for case in cases], sort_keys=True)
     (asked.folder / "truth.json").write_text(truth)
     print(f"truth {hashlib.sha256(truth.encode()).hexdigest()}", flush=True)
-    models = CompiledModels.of(machine_of_laws())
+    models = CompiledModels.of(machine_of_laws(asked.housing))
     for case in cases:
         found = diagnosed(case, models) | {"at": [place_of(one) for one in case.acting]}
         found |= {"law": case.name, "sizes": [one.size for one in case.acting]}

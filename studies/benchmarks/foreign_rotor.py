@@ -65,6 +65,8 @@ class TwoDiscRig:
     """Stiffness of a stop above the second disc, and its gap from the static position."""
     pedestal: tuple[float, float] = (0.0, 0.0)
     """Stiffness and mass of a loose pedestal under the right bearing; rigid for 0."""
+    housing: tuple[float, ...] = ()
+    """Mass, stiffness along x and y, damping along both of the right bearing's housing, node 13; none: it is rigid."""
     heating: float = 0.0
     """Share by which the unbalance of the first disc grows in a record."""
     hum: float = HUM
@@ -123,8 +125,13 @@ def beam(
 
 def rotor(rig: TwoDiscRig, speed: float, omega: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, velocity and stiffness matrix (n, n) at a speed [rad/s], a pedestal's at omega [rad/s]."""
-    M, G, free = beam()
+    M, G, free = (np.pad(one, (0, 4 * bool(rig.housing))) for one in beam())
     K, C = free.astype(complex), 2e-6 * free  # a little internal loss, which does not turn
+    if rig.housing:
+        for axis in (0, 1):
+            at = len(M) - 4 + axis
+            M[at, at], K[at, at] = rig.housing[0], rig.housing[1 + axis] + 1j * omega * rig.housing[3 + axis]
+            K[at + 2, at + 2] = 1.0  # no slopes
     for number, (node, own) in enumerate(zip((node for node, *_ in BEARINGS), rig.bearings, strict=True)):
         for axis in (0, 1):
             k = own[axis] + 1j * omega * own[2 + axis]
@@ -132,6 +139,9 @@ def rotor(rig: TwoDiscRig, speed: float, omega: float) -> tuple[np.ndarray, np.n
                 under = rig.pedestal[0] - omega**2 * rig.pedestal[1]
                 k = k * under / (k + under)
             K[4 * node + axis, 4 * node + axis] += k
+            if number == 1 and rig.housing:
+                both = [4 * node + axis, len(M) - 4 + axis]
+                K[np.ix_(both, both)] += [[0, -k], [-k, k]]
     at = 4 * DISCS[1][0]
     K[at, at + 1] += rig.seal
     K[at + 1, at] -= rig.seal

@@ -339,7 +339,7 @@ def test_a_name_in_a_machine_file_is_never_run(capsys):
     place = next(place for place in law_places(hostile) if "INJECTED" in place)
     with candidate_laws([cubic(1e12, place)], SimpleNamespace(machine=hostile)) as forms:
         assert forms[0].effect in REGISTRY
-    assert capsys.readouterr().out == "" and "INJECTED" not in named(cubic(1e12, place), {place: 0.2})[1]
+    assert capsys.readouterr().out == "" and "INJECTED" not in named(cubic(1e12, place), hostile)[1]
 
 
 def odds_of(**probabilities: float) -> list[Explanation]:
