@@ -238,12 +238,17 @@ EXACT = (
 """Note on a law that leaves less than the declared tolerance."""
 NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
 """Note on records that show no law either."""
+AS_NEAR = (
+    "a law was looked for at all places; the best one, {}, and {} leave nearly as much of all records, held-out ones "
+    "too: a tie, and the law is not given"
+)
+"""Note on a law that effects of the catalogue nearly equal."""
 TOO_UNSTEADY = (
     "a law was looked for at all places; the best one, {}, is not fitted: a law has to take 95 % of the misfit, and "
     "more than the rest does not repeat from period to period"
 )
 """Note on records of which no law can be borne out."""
-WITHDRAWN = "{} is not given either: the law that is not borne out fits clearly better than that"
+WITHDRAWN = "{} is not given either: the law that is not borne out leaves less than that of the records"
 """Note on a name or a tie that is not given."""
 NEEDLESS = (
     "{} is not given: no group of lines shows it, and next to a calibration that has converged, the shear of the shaft "
@@ -257,6 +262,8 @@ NO_PEACE = (
 """Note on records that agree line by line alone."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
+OF_INPUT = ("reference", "amplifier", "actuator")
+"""Ports of the effects at the input of the injectors."""
 OTHER_FORCE = Explanation((), True, 0.0, 0.0, True)
 """Explanation by a force that is not in the catalogue."""
 NO_ANSWER = "the search for effects met numbers that overflow or a singular matrix; nothing is named"
@@ -425,6 +432,11 @@ def _most_probable(
         return None
     fitted = [h for h in verdict.fitted if not h.failed and h.excess <= best.excess + MORE]
     return max([best, *fitted], key=lambda h: (probability_of(h.keys, odds), -h.fit.cost))
+
+
+def _at_input(best: Hypothesis | None) -> bool:
+    """Whether a hypothesis acts at the input of the injectors: on references, amplifiers or piezos."""
+    return best is not None and all(REGISTRY[f.effect].port in OF_INPUT for f in best.forms)
 
 
 @dataclass(eq=False)
@@ -613,16 +625,16 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effects of the catalogue, both next to a
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
-        group of lines shows a calibration, or next to a film a name. A verdict that no group shows, and a tie that
-        leaves groups beyond the floor where it was not fitted, are not given where such a law is not borne out, nor
-        peace where a constant force is there. What does not repeat is the verdict where nothing else is open, and else
-        a note; so is a random force next to a drift.
+        group of lines shows a calibration, or next to a film the name of a force or a film. A verdict that no group
+        shows, and a tie that leaves groups beyond the floor where it was not fitted, are not given where such a law is
+        not borne out, nor peace where a constant force is there. What does not repeat is the verdict where nothing else
+        is open, and else a note; so is a random force next to a drift.
         """
         status = judgement.verdict.status
         lacking = cannot_tell(self.fitted.trials)
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
-        named = status == "named" and self.machine.film is None
+        named = status == "named" and (self.machine.film is None or _at_input(judgement.verdict.best))
         if not (unanswered or faint or named or status in ("tie", "no_disagreement")):
             return None
         if lacking:
@@ -704,6 +716,23 @@ class DiagnosisRun:
         pairs = zip([*near, *others], wanted, strict=True)
         return [replace(h, fit=self._with_shear(h.fit, end)) for h, end in pairs]
 
+    def _rival(
+        self, base: ParameterFit, rivals: Sequence[Hypothesis], law: float
+    ) -> tuple[Hypothesis | None, float]:  # fmt: skip
+        """The best rival of a law that leaves so much of records to fit, and the least total without a law."""
+        best = min(self._rivals_converged(rivals, law), key=self._total, default=None)
+        bare = base.cost + self._held(base)
+        return best, bare if best is None else min(bare, self._total(best))
+
+    def _total(self, one: Hypothesis) -> float:
+        """Priced sum of squares over records to fit and held-out ones, by which effects and laws compete everywhere."""
+        return priced(one) + self._held(one.fit)
+
+    def _held(self, fit: ParameterFit) -> float:
+        """Sum of squares that the numbers of a fit leave of held-out records."""
+        part = self.parts.get("held_out")
+        return 0.0 if part is None else float(np.sum(part.residual(fit.point) ** 2))
+
     def _needless(self, best: Hypothesis, rough: ParameterFit, base: ParameterFit) -> bool:
         """Whether an effect that was found next to a `rough` calibration helps little next to the converged one."""
         least = min(CLEAR, (rough.cost - priced(best)) / 2)
@@ -735,25 +764,26 @@ class DiagnosisRun:
         its own, also where that explains half of this more than the effects' best. None is fitted where more than a law
         may leave does not repeat from period to period.
 
-        Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
-        of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. Each law's has to
-        be so next to what does not repeat (`other`) too: records that were made in the order of their speeds look like
-        a law of the speed where something drifts.
+        Its sum of squares over records to fit and held-out ones, with the price of its coefficients, has to be clearly
+        below that of the calibration and that of the best effects of the catalogue, its `rivals`, be they on the shaft
+        or at an input; the sentence is empty where no law's is. Each law's has to be so next to what does not repeat
+        (`other`) too: records that were made in the order of their speeds look like a law of the speed where something
+        drifts.
         """
         laws = laws_of(seen["fit"], seen.get("held_out"), base, self.machine.film is not None)
-        if base.cost - laws[0].priced >= CLEAR:
+        bare = base.cost + self._held(base)
+        if bare - laws[0].total >= CLEAR:
             laws = [one for one in laws if self._beyond_drift(one, other)]
-        if not laws or base.cost - laws[0].priced < CLEAR:
+        if not laws or bare - laws[0].total < CLEAR:
             return ""
         law = laws[0]
-        rival = min(self._rivals_converged(rivals, law.priced), key=priced, default=None)
-        known = base.cost if rival is None else min(base.cost, priced(rival))
+        rival, known = self._rival(base, rivals, law.priced)
         # an effect that explains nearly all may leave a share of its own response by its form
-        of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (base.cost - known)
-        if known - law.priced < max(CLEAR, of_form):
+        of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (bare - known)
+        if known - law.total < max(CLEAR, of_form):
             # a name that no group shows is not given where a constant force, which it is not, explains more than it
             faint = rival is not None and not flags and self.machine.film is None
-            return None if faint and law.constant and known - law.priced > CLEAR / 2 else ""
+            return None if faint and law.constant and known - law.total > CLEAR / 2 else ""
         # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
         more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0
         if self._as_error_of_form(law, flags, seen["fit"], base, law.cost - more):
@@ -776,7 +806,7 @@ class DiagnosisRun:
     ) -> Diagnosis | str | None:  # fmt: skip
         """Diagnosis with a law that the plant and other records bear out; as `_discovered` for none.
 
-        `without` has the best effects of the catalogue and the least sum of squares without a law. With laws of
+        `without` has the best effects of the catalogue and the least total without a law. With laws of
         `further` terms to come, one has to be believed next to a calibration that is, fitted from there alone, and none
         of those may promise to be clearly better.
         """
@@ -791,7 +821,7 @@ class DiagnosisRun:
             verdict, search = own._name(base, flags, apart)
             judgement = own._judged(base, flags, verdict, search, 0.0)
             best, keys = judgement.verdict.best, {f.key for f in forms}
-            odds = with_rival(judgement.odds, judgement.verdict.fitted, rival)
+            odds = with_rival(judgement.odds, judgement.verdict.fitted, rival, self._total)
             odds = after_choice(odds, [*keys], law.tried)
             best = _most_probable(best, judgement.verdict, odds)
             others = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
@@ -799,7 +829,10 @@ class DiagnosisRun:
             p = 0.0 if best is None else probability_of(best.keys, odds)
             sure = p + sum(probability_of((name,), odds) for name in others if name in keys) >= SURE
             holds = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
-            if best is None or not (holds and sure and known - priced(best) > CLEAR):
+            ahead = 0.0 if best is None else known - own._total(best)
+            if best is None or not (holds and sure and ahead > CLEAR):
+                if rival is not None and holds and 0 < ahead <= CLEAR and self._total(rival) == known:
+                    return AS_NEAR.format(law.names, " with ".join(rival.keys))
                 return NO_LAW.format(law.names)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
@@ -843,8 +876,7 @@ class DiagnosisRun:
         """
         others, laws = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, remembering))
         laws = sorted((replace(one, tried=one.tried + others[0].tried) for one in laws), key=lambda one: one.score)
-        rival = min(self._rivals_converged(rivals, min(one.priced for one in laws)), key=priced, default=None)
-        known = base.cost if rival is None else min(base.cost, priced(rival))
+        rival, known = self._rival(base, rivals, min(one.priced for one in laws))
         springs = [one for one in laws if not one.remembers]
         if all(one in springs or one.score >= laws[0].score + TIE_LEAST for one in (*laws, *others)):
             found = self._fitted_laws(base, flags, apart, seen, notes, (rival, known), springs[:MOST_LAWS])

@@ -19,7 +19,7 @@ import math
 import re
 import sys
 from bisect import bisect
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from importlib.util import module_from_spec, spec_from_file_location
@@ -172,9 +172,14 @@ class ProposedLaw:
         return self.cost + PRICE * len(self.coefficients)
 
     @property
+    def total(self) -> float:
+        """Priced sum of squares over records to fit and held-out ones."""
+        return self.priced + self.held
+
+    @property
     def score(self) -> float:
-        """Priced sum of squares over records to fit and held-out ones, with the credit of equal coefficients."""
-        return self.priced + self.held - EQUAL * sum(one.one for one in self.terms)
+        """Its total, with the credit of equal coefficients."""
+        return self.total - EQUAL * sum(one.one for one in self.terms)
 
     def columns(self, seen: ObservedPlaces) -> np.ndarray:
         """Whitened responses (n, k) to its coefficients."""
@@ -857,18 +862,16 @@ def cannot_tell(trials: Sequence[Trial]) -> str:
 
 
 def with_rival(
-    odds: Sequence[Explanation], laws: Sequence[Hypothesis], rival: Hypothesis | None
-) -> tuple[Explanation, ...]:
-    """Odds of laws in which the best effects of the catalogue stand too, by their sum of squares against that of a law.
-
-    Both pay for each coefficient.
-    """
+    odds: Sequence[Explanation], laws: Sequence[Hypothesis], rival: Hypothesis | None,
+    total: Callable[[Hypothesis], float],
+) -> tuple[Explanation, ...]:  # fmt: skip
+    """Odds of laws in which the best effects of the catalogue stand too, by their `total` against that of a law."""
     known = [law for law in laws if probability_of(law.keys, odds) > 0]
     if rival is None or not known:
         return tuple(odds)
     best = max(known, key=lambda law: probability_of(law.keys, odds))
     other = Explanation(rival.keys, False, 0.0, 0.0, True)
-    return with_other(odds, best.keys, other, priced(best) - priced(rival))
+    return with_other(odds, best.keys, other, total(best) - total(rival))
 
 
 def priced(one: Hypothesis) -> float:

@@ -205,7 +205,7 @@ def borne_out(
     """Whether what a law with a memory leaves of the records bears it out.
 
     `before` has the whitened residuals by role without it, `laws` all others. Another form that explains the
-    records as well refutes it, and so does a sum of squares that is not clearly below the `known` one.
+    records as well refutes it, and so does a total that is not clearly below the `known` one.
     """
     law, gone = first.law, list[float | None]()
     if any(one.score < law.score + TIE_LEAST and one.forms != law.forms for one in laws):
@@ -214,7 +214,7 @@ def borne_out(
         gone.append(untouched_gone(part, before[role], first.left[role]))
         if any(f.rms > MANY * f.floor for f in beyond_floor(part, first.left[role])):
             return False
-    clear = known - law.priced > CLEAR
+    clear = known - law.total > CLEAR
     clear &= law.left <= (1 - ENOUGH) * excess(table(parts["fit"], before["fit"]))
     return clear and all(share is None or share >= LEAST_GONE["named"] for share in gone)
 
@@ -226,13 +226,13 @@ def law_with_memory(
     """The first law: a hidden mass with its table in a machine file, another one as text.
 
     The others are at places that these records do not exclude where their likelihood is near. Its probability is that
-    against the least sum of squares that is `known` without it; V (k, k) is the covariance of its fit.
+    against the least total that is `known` without it; V (k, k) is the covariance of its fit.
     """
     law, mass, kinds = first.law, first.mass, first.law.forms
     sd = first.sd(V)
     pairs = [*zip((key for one in law.terms for key in one.parameters), law.coefficients.tolist(), strict=True),
              *(number for one in law.terms for number in one.shape)]  # fmt: skip
-    gain = (known - law.priced) / (2 * TEMPERATURE) - math.log(law.tried)
+    gain = (known - law.total) / (2 * TEMPERATURE) - math.log(law.tried)
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory; by the linear model alone: not compiled"
     return DiscoveredLaw(
         "", law.place, position, text if mass is None else mass.law,

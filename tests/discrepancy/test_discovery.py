@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorsim.base.errors import DataError, NoAnswerError
+from rotorsim.base.errors import DataError, MachineFileError, NoAnswerError
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy import diagnose
 from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter, ParameterPoint, calibration
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import NO_PEACE, TOO_UNSTEADY, DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import AS_NEAR, NO_PEACE, TOO_UNSTEADY, DiagnosisRun, trials_of
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     NOT_PERIODIC,
@@ -35,6 +35,7 @@ from rotorsim.discrepancy.discovery import (
     laws_of,
     load,
     named,
+    priced,
     promised_fall,
     propose,
     solved,
@@ -58,6 +59,7 @@ from rotorsim.discrepancy.law_terms import (
 )
 from rotorsim.discrepancy.mistakes import check_before, force_is_sampled, held
 from rotorsim.discrepancy.result import Diagnosis
+from rotorsim.discrepancy.shooting import forced_motion
 from rotorsim.discrepancy.stochastic import (
     BlockDeviations,
     NoiseModel,
@@ -80,6 +82,7 @@ from rotorsim.plant.mesh import Mesh
 from studies.benchmarks.diagnose_foreign import OwnCubic, with_own
 from studies.benchmarks.foreign_laws import (
     ABSORBER,
+    HOUSING,
     LAWS,
     STARTS,
     HiddenLaw,
@@ -87,6 +90,7 @@ from studies.benchmarks.foreign_laws import (
     drawn,
     machine_of_laws,
     place_of,
+    receptance,
     records,
 )
 from studies.benchmarks.foreign_rotor import BEARINGS, DISCS, PLANES, TwoDiscRig, machine_text, rotor
@@ -212,6 +216,50 @@ def test_a_shaft_whose_shear_is_taken_away_answers_as_independent_beam_elements_
         probe_answers(twin, ParameterPoint({SHEAR: change}), trial, 2) / expected - 1 for change in (0.0, -1.0)
     )
     assert np.all(np.abs(without) < 2e-4) and np.all(with_shear > 1e-3)
+
+
+@pytest.mark.parametrize("hertz", [16.0, 43.0])
+def test_the_answer_of_probes_by_a_force_under_a_housing_is_that_of_independent_beam_elements(hertz):
+    """Of five places the bearing in a housing acts between both, the housing between its support and the ground."""
+    rig = TwoDiscRig(tuple(own[1:] for own in BEARINGS), (), housing=HOUSING)
+    [H] = receptance(rig, hertz, np.array([2 * hertz]), (PLANES[0],), (4, 9, 0, 12, 13))
+    own = [H[:, 2 * k : 2 * k + 2] for k in range(5)]
+    expected = [np.linalg.norm(one, 2) for one in (*own[:3], own[3] - own[4], own[4])]
+    twin, trial = Twin(machine_of_laws(True), only=()), probes_of_beam_elements(hertz)[1]
+    assert list(law_places(twin.machine))[3:] == ["the bearing right", "the housing of the bearing right"]
+    assert probe_answers(twin, ParameterPoint(), trial, 2) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(("place", "path"), [("the bearing right", "bearings.1."),
+                                             ("the housing of the bearing right", "bearings.1.support.")])  # fmt: skip
+def test_a_stiffness_found_in_a_bearing_or_under_its_housing_is_one_more_of_it(place, path):
+    """The plant with the law's effect moves the probes as that of a machine file which has the stiffness.
+
+    That one's modes, six of each plane, are others: .2 % of the change.
+    """
+    machine, more = machine_of_laws(True), 2e5
+    law = replace(law_of("stiffness"), place=place, coefficients=np.array([more]))
+    rows = np.zeros((2500, 6))
+    rows[:, 0], rows[:, 4] = 2 * np.pi * 16, np.sin(2 * np.pi * 30 * RIG_SAMPLE * np.arange(2500))
+    with candidate_laws([law], SimpleNamespace(machine=machine)) as [form]:
+        twin = Twin(machine, only=(form.effect,))
+        point = ParameterPoint({form.parameters[0]: more}, form.fixed)
+        off, found = (
+            forced_motion(twin, one.setting(twin), rows, 0.0, 0.0).readings for one in (ParameterPoint(), point)
+        )
+    stiffer = machine
+    for axis in "xy":
+        own = machine.bearings[1] if path.endswith("1.") else machine.bearings[1].support
+        stiffer = stiffer.replace(f"{path}k{axis}{axis}", f"{getattr(own, f'k{axis}{axis}') + more} N/m")
+    wanted = forced_motion(Twin(stiffer, only=()), {}, rows, 0.0, 0.0).readings
+    assert np.abs(found - wanted)[:, :2].max() < 1e-2 * np.abs(wanted - off)[:, :2].max()
+
+
+def test_a_force_on_a_housing_that_no_machine_has_is_refused():
+    machine, law = machine_of_laws(True), replace(law_of("cubic"), place="the housing of the bearing right")
+    with candidate_laws([law], SimpleNamespace(machine=machine)) as [form], pytest.raises(MachineFileError) as caught:
+        _ = Twin(machine_of_laws(), only=(form.effect,)).assembly
+    assert caught.value.argument == "position" and caught.value.value == machine.bearings[1].position
 
 
 def cubic(size: float, place: str = "disc 0") -> ProposedLaw:
@@ -354,7 +402,7 @@ def test_the_best_effect_of_the_catalogue_stands_in_the_odds_and_a_coefficient_h
         forms = (SimpleNamespace(parameters=(0,) * count),)
         return SimpleNamespace(keys=(key,), forms=forms, fit=SimpleNamespace(cost=cost))
 
-    found = with_rival(odds_of(law=1.0), [one("law", 100.0, 2)], one("bow", cost, 2 + more))
+    found = with_rival(odds_of(law=1.0), [one("law", 100.0, 2)], one("bow", cost, 2 + more), priced)
     shares = {e.name: e.probability for e in found}
     assert shares["bow"] == pytest.approx(p, rel=1e-6) and sum(shares.values()) == pytest.approx(1.0)
 
@@ -833,7 +881,7 @@ FORCE, DRIFT, BOW = SimpleNamespace(sentence="a random force"), SimpleNamespace(
 
 def beyond_the_catalogue(
     status, flags, repeats, discovered, monkeypatch, forces=(FORCE,), film=None, left=2, costs=(0.0, 0.0, -500, -500),
-    promises=True,
+    promises=True, effect="shaft_bow",
 ):  # fmt: skip
     """Verdict, if it is another one, and notes, after this status of the catalogue and a search for laws."""
     room, notes = "rotorsim.discrepancy.diagnosis", list[str]()
@@ -843,7 +891,7 @@ def beyond_the_catalogue(
     base, converged, best, best_converged = (
         ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), cost) for cost in costs
     )
-    bow = Hypothesis((SimpleNamespace(key=BOW[0], parameters=()),), best, 0.0, 0.0, 0.0, failed=True)
+    bow = Hypothesis((SimpleNamespace(key=BOW[0], parameters=(), effect=effect),), best, 0.0, 0.0, 0.0, failed=True)
     verdict = SearchVerdict(status, bow if status in ("named", "tie") else None)
     run = DiagnosisRun(SimpleNamespace(film=film), None, {"fit": SimpleNamespace(trials=[])}, (), [], 0.0,
                        lambda stage, most=0: None)  # fmt: skip
@@ -890,6 +938,14 @@ def test_next_to_an_answer_no_calibration_converges_where_no_law_promises_to_be_
     beyond_the_catalogue(status, flags, [1], lambda notes: tried.append("law") or "", monkeypatch, (), film,
                          promises=False)  # fmt: skip
     assert bool(tried) == searched
+
+
+@pytest.mark.parametrize("effect", ["actuator_delay", "amplifier_lag", "actuator_gain", "shaft_bow"])
+def test_a_law_competes_with_a_name_at_an_input_next_to_a_film_too(effect, monkeypatch):
+    tried = list[str]()
+    beyond_the_catalogue("named", [1], [1], lambda notes: tried.append("law") or "", monkeypatch, (), "a film",
+                         effect=effect)  # fmt: skip
+    assert bool(tried) == (effect != "shaft_bow")
 
 
 @pytest.mark.parametrize(("repeats", "noted"), [([], [FORCE]), ([1], [DRIFT, FORCE])])
@@ -1024,15 +1080,18 @@ def test_a_law_has_to_be_better_than_an_effect_by_more_than_the_form_of_that_eff
     assert (found == ("cubic of disc 0", [])) == law and (law or found == "")
 
 
-def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=None, nothing=1000.0, rivals=()):
+def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=None, nothing=1000.0, rivals=(),
+                held=0.0):  # fmt: skip
     """Law and what is not excluded, where the plant makes the law `best` sure but for a share `more` of the others.
 
-    A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat.
+    A drift explains what terms with the names of `drifts` do; flags that are `apart` do not repeat. The law leaves
+    `held` less of held-out records than all else does.
     """
     room, machine = "rotorsim.discrepancy.diagnosis", machine_of_laws()
     if film:
         machine = load_machine("dtu_gas_bearing")
         laws = [replace(law, place="disc 0") for law in laws]
+    monkeypatch.setattr(DiagnosisRun, "_held", lambda run, fit: held if fit.cost > 100.0 else 0.0)
     fits = [SimpleNamespace(keys=(law.names,), forms=(SimpleNamespace(parameters=()),), failed=False, excess=0.0,
                             fit=SimpleNamespace(cost=100.0, residual=np.zeros(1))) for law in laws]  # fmt: skip
     shares = [1 - more if i == best else more / (len(laws) - 1) for i in range(len(laws))]
@@ -1054,6 +1113,17 @@ def judged_laws(laws, best, more, flags, monkeypatch, drifts=(), apart=(), film=
     other = SimpleNamespace(seen=seen, beyond_drift=np.max)
     found = run._discovered(base, flags, apart, {"fit": None}, [], rivals, other)
     return getattr(found, "discovered", found)
+
+
+@pytest.mark.parametrize(("ahead", "held", "status"), [(50.0, 100.0, "law"), (50.0, 0.0, "tie"), (150.0, 0.0, "law"),
+                                                       (150.0, -60.0, "tie"), (150.0, -140.0, "")])  # fmt: skip
+def test_held_out_records_count_as_much_as_fitted_ones_between_a_law_and_an_effect_at_an_input(
+    ahead, held, status, monkeypatch
+):
+    law, late = cubic(1e12, "disc 0"), rival("actuator_delay.delay", 100.0 + ahead, 0.0)
+    found = judged_laws([law], 0, 0.0, [1], monkeypatch, rivals=[late], held=held)
+    wanted = {"law": (law.names, []), "tie": AS_NEAR.format(law.names, "actuator_delay.delay"), "": ""}
+    assert found == wanted[status]
 
 
 @pytest.mark.parametrize("drifts", ["dry", "cubic"])
