@@ -61,7 +61,7 @@ def diagnosis_page(d: Diagnosis) -> Page:
 
 def _key_numbers(d: Diagnosis) -> list[tuple[str, str]]:
     cards = [(d.status.replace("_", " "), "verdict")]
-    cards += [(shown_share(e.probability), _short_name(e)) for e in d.explanations[:1]]
+    cards += [(shown_share(e.probability), _short_name(e)) for e in d.leading[:1]]
     cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
     if d.explained and np.isfinite(share):
@@ -518,8 +518,8 @@ ROLES = {"fit": "fitted", "held_out": "held out", "untouched": "untouched"}
 
 def leading_odds(diagnosis: Diagnosis) -> go.Figure:
     """Probability [%] of the leading explanations; the rest together."""
-    shown = [e for e in diagnosis.explanations if e.probability >= LEAST_SHOWN]
-    rest = sum(e.probability for e in diagnosis.explanations) - sum(e.probability for e in shown[:MOST])
+    shown = [e for e in diagnosis.leading if e.probability >= LEAST_SHOWN]
+    rest = sum(e.probability for e in diagnosis.leading) - sum(e.probability for e in shown[:MOST])
     bars = [(_name(e), e.probability, NEUTRAL if e.beyond or not e.effects else COLOURS["with effect"])
             for e in shown[:MOST]]  # fmt: skip
     bars += [("all others", rest, COLOURS["nominal"])] if rest >= 0.005 else []
