@@ -388,10 +388,12 @@ class Diagnosis(Shown, Findings, Reported):
         refuted, step = "" if self.discovered is None else self.discovered.refuted_by, self.texts.next
         if self.free_force is None:
             step = step.format(places=" and ".join(names) or "the machine", refuted=refuted)
-        if self.status == "no_disagreement" and self._open:
+        limited = [own for note, own in RECORD_ALSO.items() if note in self.notes]
+        if self.status in ("named", "tie", "partial", "unknown"):
+            step = " ".join([step, *(record for _, record in limited)])
+        elif self.status == "no_disagreement" and self._open:
             step = RECORD_MORE
         elif self.status == "no_disagreement" and not self.left:
-            limited = [own for note, own in RECORD_ALSO.items() if note in self.notes]
             use = " and ".join(only for only, _ in limited)
             step = " ".join([f"Use the re-calibrated machine file {use}.", *(r for _, r in limited)]) if use else step
         if self.planned is not None:
