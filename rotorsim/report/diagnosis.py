@@ -280,7 +280,7 @@ def turns(motion: np.ndarray, force: np.ndarray) -> float:
 def force_over_motion(curve: dict[str, np.ndarray]) -> go.Figure:
     """Force (y) [N] over displacement [um] or velocity [mm/s], measured and as a law or a process has it.
 
-    It is a line with a band over the motion of which it is a function; else its way from moment to moment, as of a loop.
+    It is a line with a band over the motion of which it is a function; else its way from moment to moment, a loop.
     """
     kinds = {"displacement [um]": curve["displacement"] * TO_UM, "velocity [mm/s]": curve["velocity"] * 1e3}
     ways = {name: turns(motion, curve["law"]) for name, motion in kinds.items()}
