@@ -68,7 +68,10 @@ def diagnosis_page(d: Diagnosis) -> Page:
 
 def _key_numbers(d: Diagnosis) -> list[tuple[str, str]]:
     cards = [(d.status.replace("_", " "), "verdict")]
-    cards += [(shown_share(e.probability), _short_name(e)) for e in d.leading[:1]]
+    if d.discovered is not None:
+        cards += [(shown_share(d.discovered.probability), "probability of the law")]
+    else:
+        cards += [(shown_share(e.probability), _short_name(e)) for e in d.leading[:1]]
     cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
     if d.explained and np.isfinite(share):
@@ -214,7 +217,8 @@ def _effects(d: Diagnosis) -> Block:
 
 def _law(law: DiscoveredLaw) -> Block:
     """The law that was discovered, with its numbers, and force against motion where it has a curve."""
-    rows = [(key, f"{value:.4g} {law.units[key]}", f"{sd:.2g} {law.units[key]}" if sd else "held")
+    units = {key: "" if unit == "1" else f" {unit}" for key, unit in law.units.items()}
+    rows = [(key, f"{value:.4g}{units[key]}", f"{sd:.2g}{units[key]}" if sd else "held")
             for key, (value, sd) in law.terms.items()]  # fmt: skip
     texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
