@@ -32,6 +32,7 @@ TICK = 0.05
 APART = "rotorsim apart"
 """Name of the threads of `apart`."""
 SENTENCE = "interrupted before the end; the same command starts again"
+KEPT = "interrupted: what was computed is kept, and the same command continues"
 ALONE = "the system allows no more threads (ulimit -u): one process does all, and Ctrl-C waits for a call to end"
 
 
@@ -135,7 +136,7 @@ def interrupted() -> NoReturn:
     leave(CODE)
 
 
-_finishing, _done, _watched = threading.Event(), threading.Event(), threading.Event()
+_finishing, _done, _watched, _keeping = threading.Event(), threading.Event(), threading.Event(), threading.Event()
 
 
 def done() -> None:
@@ -156,6 +157,22 @@ def undoing() -> Iterator[None]:
     except KeyboardInterrupt:
         finishing()
         raise
+
+
+@contextmanager
+def keeping() -> Iterator[None]:
+    """End a command on SIGTERM as on Ctrl-C, and state then that what it computed is kept (`KEPT`)."""
+    before = signal.getsignal(signal.SIGTERM)
+    own = threading.current_thread() is threading.main_thread() and before is signal.SIG_DFL
+    if own:
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    _keeping.set()
+    try:
+        yield
+    finally:
+        _keeping.clear()
+        if own:
+            signal.signal(signal.SIGTERM, before)
 
 
 @contextmanager
@@ -199,8 +216,13 @@ def _unraisable(found: sys.UnraisableHookArgs) -> None:
 
 def _watch(read: int) -> None:
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    while signal.SIGINT not in os.read(read, 64) or Interrupt.active is not None or _finishing.wait(PATIENCE):
+    while not _ends(os.read(read, 64)) or Interrupt.active is not None or _finishing.wait(PATIENCE):
         pass
     with suppress(OSError):
-        os.write(2, f"{SENTENCE}\n".encode())
+        os.write(2, f"{KEPT if _keeping.is_set() else SENTENCE}\n".encode())
     os._exit(CODE)
+
+
+def _ends(numbers: bytes) -> bool:
+    """Whether signals end the command: Ctrl-C does, SIGTERM where `keeping` receives it."""
+    return signal.SIGINT in numbers or (signal.SIGTERM in numbers and _keeping.is_set())

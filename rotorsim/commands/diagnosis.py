@@ -242,14 +242,17 @@ def run_loop(
 
 @contextmanager
 def unfinished(*asked: Any) -> Iterator[Path]:
-    """Folder in the cache by which an interrupted diagnosis resumes: until its end, or for a month."""
-    from rotorsim.base.cache import in_cache, key_of
+    """Folder in the cache by which an interrupted diagnosis of one version resumes: until its end, or for a month."""
+    from rotorsim.base.cache import in_cache, key_of, sources_hash
+    from rotorsim.discrepancy.comparison import SOURCES
 
     root = in_cache("diagnoses")
-    folder = root / key_of(Path.cwd(), asked)
+    folder = root / key_of(Path.cwd(), asked, sources_hash(*SOURCES))
     for old in root.iterdir():
         if time.time() - old.stat().st_mtime > MONTH:
             shutil.rmtree(old, ignore_errors=True)
+    if kept := len([*folder.glob("*.npy")]):
+        print(f"taking up the {kept} simulated responses of an earlier run of this command", file=sys.stderr)
     try:
         yield folder
     except RotorsimError:
@@ -313,6 +316,8 @@ STAGES = {
     "screen": "screening candidates",
     "name": "re-fitting candidates",
     "discover": "looking for a law",
+    "laws": "fitting laws to the plant, with the calibration",
+    "remember": "trying forces that remember the motion",
     "show": "showing the gap",
     "plan": "planning the next experiment",
     "experiment": "waiting for the record of the experiment",
@@ -335,13 +340,15 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
         yield diagnosis.steps.table()
         yield diagnosis.steps.sentence
     yield diagnosis.sentence
-    yield from _odds(diagnosis)
+    if diagnosis.free_force is not None:
+        yield f"  {diagnosis.free_force.sentence}"
     yield from _effects(diagnosis)
+    yield from [f"  next: {diagnosis.next_step}"] if diagnosis.planned is None else _plan(diagnosis.planned)
+    yield from _odds(diagnosis)
     yield from _disagreement(diagnosis)
     if diagnosis.status in ("unknown", "partial"):
         for row in diagnosis.recalibration:
             yield f"  re-calibrated, not trusted: {row.sentence}"
-    yield from [f"  next: {diagnosis.next_step}"] if diagnosis.planned is None else _plan(diagnosis.planned)
     for note in diagnosis.notes:
         yield f"  note: {note}"
 
@@ -349,7 +356,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
     from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
-    for one in diagnosis.explanations[:4]:
+    for one in diagnosis.leading[:4]:
         if one.probability >= LEAST_SHOWN:
             yield f"  probability {shown_share(one.probability)}: {one.name}"
             if one.unseen:
@@ -357,27 +364,30 @@ def _odds(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def _effects(diagnosis: Diagnosis) -> Iterator[str]:
-    """Each effect that was found, with its sizes and what is indistinguishable from it."""
+    """Each effect that was found, with its sizes and what is indistinguishable from it, and the gap that is gone."""
+    from rotorsim.discrepancy.gap import reduction
+    from rotorsim.discrepancy.verdict import shown_share
+
     for found in diagnosis.effects:
         numbers = (f"{p} = {value}" + (f" +- {sd}" if sd else "") for p, value, sd in found.sizes())
         yield f"  {found.form}: {', '.join(numbers)}"
         others = [k for k in found.tie_class if k != found.form]
         if others:
             yield f"    no record distinguishes it from: {', '.join(others)}"
+    if diagnosis.discovered is not None:
+        yield f"  probability {shown_share(diagnosis.discovered.probability)}: this law"
+    share = reduction(diagnosis.gap)
+    if diagnosis.explained and share == share:
+        yield f"  gap on untouched records, re-calibrated to with effect: {100 * share:.0f} % gone"
 
 
 def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
-    """Groups of lines beyond the floor, the gap that is gone, the equivalent force of what is left."""
-    from rotorsim.discrepancy.gap import reduction
-
+    """Groups of lines beyond the floor, and the equivalent input and force of what is left."""
     for flag in diagnosis.localisation[:6]:
         yield (
             f"  {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor of "
             f"{flag.floor * TO_UM:.2g} um" + (f", largest {flag.place}" if flag.place else "")
         )
-    share = reduction(diagnosis.gap)
-    if diagnosis.effects and share == share:
-        yield f"  gap on untouched records, re-calibrated to with effect: {100 * share:.0f} % gone"
     for own in diagnosis.inputs:
         yield f"  equivalent input of {own.sentence}"
     for one in diagnosis.unknown.get("lines", ())[:3]:

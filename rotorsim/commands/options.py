@@ -26,6 +26,7 @@ from rich.text import Text
 from rotorsim.base.display import visible
 from rotorsim.base.errors import DataError, MachineFileError
 from rotorsim.base.files import WriteError
+from rotorsim.base.interrupt import CODE, KEPT, keeping
 from rotorsim.base.units import Suggest, parse
 from rotorsim.commands.results import refuse_replacing, results
 from rotorsim.report.browser import open_page
@@ -413,15 +414,16 @@ def leave_if_cut(outcome: Outcome, record: Path) -> None:
 
 
 def resumable(command: Callable[..., None]) -> Callable[..., None]:
-    """Decorator: on Ctrl-C the command prints that its computed results are kept."""
+    """Decorator: on Ctrl-C or SIGTERM the command prints that its computed results are kept."""
 
     @wraps(command)
     def run(*arguments: Any, **options: Any) -> None:
-        try:
-            command(*arguments, **options)
-        except KeyboardInterrupt:
-            print("\ninterrupted: what was computed is kept, and the same command continues", file=sys.stderr)
-            raise typer.Exit(130) from None
+        with keeping():
+            try:
+                command(*arguments, **options)
+            except KeyboardInterrupt:
+                print(f"\n{KEPT}", file=sys.stderr)
+                raise typer.Exit(CODE) from None
 
     return run
 

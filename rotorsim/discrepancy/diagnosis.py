@@ -103,7 +103,7 @@ from rotorsim.discrepancy.hidden_mass import (
     in_plant,
     law_with_memory,
 )
-from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error
+from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error, share_gone
 from rotorsim.discrepancy.judge import (
     HARMONICS,
     AllEvidence,
@@ -236,13 +236,28 @@ EXACT = (
     "{:.2g} %: its numbers are fitted with that"
 )
 """Note on a law that leaves less than the declared tolerance."""
-NO_LAW = "a law was looked for at all places; the best one, {}, is not borne out by the plant and by other records"
+NO_LAW = (
+    "a law was looked for at all places; the nearest, {name}, takes {gone} % of what is beyond the floor and is not "
+    "given: {reason}"
+)
 """Note on records that show no law either."""
 AS_NEAR = (
     "a law was looked for at all places; the best one, {}, and {} leave nearly as much of all records, held-out ones "
     "too: a tie, and the law is not given"
 )
 """Note on a law that effects of the catalogue nearly equal."""
+NONE_CLEAR = (
+    "a law was looked for at all places; none explains the records clearly better than calibration and catalogue do"
+)
+"""Note on records of which no law is better."""
+NO_MEMORY = (
+    "a spring that slips and a hidden mass, whose forces remember the motion, were tried too; the nearest, {name}, "
+    "takes {gone} % and is not given: {reason}"
+)
+"""Note on laws with a memory that the records do not show either."""
+LITTLE = "a law takes 95 %"
+NOT_BORNE_OUT = "records that were not fitted do not bear it out, or another law or effect explains them as well"
+"""Reasons for which a law is not given."""
 TOO_UNSTEADY = (
     "a law was looked for at all places; the best one, {}, is not fitted: a law has to take 95 % of the misfit, and "
     "more than the rest does not repeat from period to period"
@@ -437,6 +452,12 @@ def _most_probable(
 def _at_input(best: Hypothesis | None) -> bool:
     """Whether a hypothesis acts at the input of the injectors: on references, amplifiers or piezos."""
     return best is not None and all(REGISTRY[f.effect].port in OF_INPUT for f in best.forms)
+
+
+def _refused(name: str, gone: float, sentence: str = NO_LAW) -> str:
+    """Sentence on the law that came nearest, with the share of the misfit that it takes, and why it is not given."""
+    reason = LITTLE if gone < ENOUGH else NOT_BORNE_OUT
+    return sentence.format(name=name, gone=int(100 * max(gone, 0.0)), reason=reason)
 
 
 @dataclass(eq=False)
@@ -654,10 +675,11 @@ class DiagnosisRun:
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
             if found and unanswered and flags and self.machine.film is None:
+                self.progress("remember")
                 found = self._or_with_memory(found, base, flags, apart, seen, own, rivals)
             if isinstance(found, Diagnosis):
                 return found
-            notes += [NOT_IDENTIFIABLE if found is None else found] if found != "" else []
+            notes += [NOT_IDENTIFIABLE if found is None else found or NONE_CLEAR] if found != "" or unanswered else []
             self.unexplained_places = (seen["fit"], base) if unanswered and flags else None
             found = "" if found == OF_FILM else found
             if found and (faint or (status == "tie" and judgement.left)):
@@ -814,7 +836,7 @@ class DiagnosisRun:
         with candidate_laws(laws, self.models.twin) as forms:
             models = CompiledModels.of(self.machine, {key.split(".")[0] for form in forms for key in form.fixed})
             own = replace(self, models=models, forms=forms, laws=tuple(laws), allow=None, from_file=not further,
-                          progress=lambda stage, most=0: self.progress("discover"),
+                          progress=lambda stage, most=0: self.progress("laws"),
                           parts={role: part.with_twin(models.twin) for role, part in self.parts.items()})  # fmt: skip
             own.large, own.far_bearings = self.large, self.far_bearings
             own.late, own.growing = self.late, self.growing
@@ -833,7 +855,8 @@ class DiagnosisRun:
             if best is None or not (holds and sure and ahead > CLEAR):
                 if rival is not None and holds and 0 < ahead <= CLEAR and self._total(rival) == known:
                     return AS_NEAR.format(law.names, " with ".join(rival.keys))
-                return NO_LAW.format(law.names)
+                near = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
+                return _refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
                 return ""
@@ -861,15 +884,17 @@ class DiagnosisRun:
         Records that were not fitted decide: several terms nearly make the loop of a spring behind dry friction.
         """
         single = isinstance(found, Diagnosis) and (found.discovered is None or len(found.discovered.kinds) == 1)
-        other = None if single else self._with_memory(*given)
-        less = not isinstance(found, Diagnosis) or (other is not None and reduction(other.gap) > reduction(found.gap))
-        return other if other is not None and less else found
+        other = "" if single else self._with_memory(*given)
+        if isinstance(found, Diagnosis):
+            less = isinstance(other, Diagnosis) and reduction(other.gap) > reduction(found.gap)
+            return other if isinstance(other, Diagnosis) and less else found
+        return other if isinstance(other, Diagnosis) else "; ".join(filter(None, (found, other)))
 
     def _with_memory(
         self, base: ParameterFit, flags: list[Misfit], apart: list[Misfit], seen: dict[str, ObservedPlaces],
         notes: list[str], rivals: Sequence[Hypothesis],
-    ) -> Diagnosis | None:  # fmt: skip
-        """Diagnosis with a law of one term with a memory, where no other law holds; None where it is not borne out.
+    ) -> Diagnosis | str:  # fmt: skip
+        """Diagnosis with a law of one term with a memory, where no other law holds; a sentence on one not borne out.
 
         A spring behind dry friction is fitted to the plant, unless another form explains the records as well. Where the
         plant leaves more than one law may, the linear model judges it, whose motion is that of the records.
@@ -882,8 +907,7 @@ class DiagnosisRun:
             found = self._fitted_laws(base, flags, apart, seen, notes, (rival, known), springs[:MOST_LAWS])
             if isinstance(found, Diagnosis):
                 return found
-        linear = self._of_memory(base, flags, laws, known, notes, others)
-        return linear if isinstance(linear, Diagnosis) else None
+        return self._of_memory(base, flags, laws, known, notes, others)
 
     def _as_error_of_form(
         self, law: ProposedLaw, flags: list[Misfit], seen: ObservedPlaces, base: ParameterFit, cost: float
@@ -914,7 +938,7 @@ class DiagnosisRun:
         before = {role: part.residual(base.point) for role, part in self.parts.items()}
         solutions = list[SolvedLaw]()
         for law in laws:
-            own = in_plant(law, base, self.parts, lambda: self.progress("discover"))
+            own = in_plant(law, base, self.parts, lambda: self.progress("laws"))
             both = [] if own is not None else [(law, base), self._moved_by(law, base)]
             seen = [(one, fit, {role: self._seen(part, fit) for role, part in self.parts.items()}) for one, fit in both]
             linear = [by_linear_model(*one) for one in seen]
@@ -922,7 +946,8 @@ class DiagnosisRun:
         solutions.sort(key=lambda one: one.law.score)
         first, rivals = solutions[0], [one.law for one in solutions]
         if not borne_out(first, (*rivals, *others), self.parts, before, known):
-            return NO_LAW.format(first.law.names)
+            gone = share_gone(first.law.left, excess(table(self.fitted, before["fit"])))
+            return _refused(first.law.names, gone, NO_MEMORY if others else NO_LAW)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
         gap = found.gap.copy(deep=True)
         gap["gap"].values[:, :, 2] = np.concatenate(

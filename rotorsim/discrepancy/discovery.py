@@ -41,10 +41,10 @@ from rotorsim.discrepancy.fit import ParameterFit, prior_rows
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, Hypothesis
 from rotorsim.discrepancy.law_terms import (
     CLEARANCE,
-    HYSTERESIS,
     LIBRARY,
     ORDER_FORCES,
     RELAXATION,
+    SLIPPING_SPRING,
     LibraryTerm,
     ObservedPlaces,
     PlaceMotion,
@@ -246,7 +246,7 @@ def remembering(fit: ObservedPlaces, held: ObservedPlaces | None, base: Paramete
     mass = tuple(term for term in LIBRARY if term.resonates)
     masses = [replace(solved(fit, held, base, law.place, [replace(one, one=True) for one in law.terms]),
                       tried=law.tried) for law, _ in _by_place(fit, held, base, 1, mass)]  # fmt: skip
-    springs = [law for law, _ in _by_place(fit, held, base, 1, (HYSTERESIS,))]
+    springs = [law for law, _ in _by_place(fit, held, base, 1, (SLIPPING_SPRING,))]
     return [law for laws in (masses, springs) for law in laws if law.score < min(one.score for one in laws) + NEAR]
 
 

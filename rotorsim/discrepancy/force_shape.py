@@ -101,14 +101,17 @@ class ForceShape:
     curve: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
+    def places(self) -> tuple[str, ...]:
+        """The place, and those that are as likely."""
+        return self.place, *(place for place, less in self.near.items() if less < CLEARLY)
+
+    @property
     def sentence(self) -> str:
         """The place, and what the force there depends on."""
-        others = [f"{place} is as likely" for place, less in self.near.items() if less < CLEARLY]
-        ties = f" ({'; '.join(others)})" if others else ""
         of = " and ".join(self.depends) or "no single one of displacement, velocity, speed and shaft angle"
         return (
-            f"Where its shape is free, a force at {self.place}{ties} that depends on {of} explains the records best: "
-            f"it takes {100 * self.gone:.0f} % of the misfit."
+            f"Where its shape is free, a force at {' or '.join(self.places)} that depends on {of} explains the records "
+            f"best: it takes {100 * self.gone:.0f} % of the misfit."
         )
 
     def as_dict(self) -> dict[str, Any]:

@@ -234,7 +234,8 @@ LIBRARY = (
                                       ("damping_ratio", "1", (0.01, 0.03, 0.1))), _of_hidden_mass),
 )  # fmt: skip
 """Terms that a law may have; those of a film's thickness at its bearing alone."""
-HYSTERESIS = LibraryTerm("hysteresis", "N/m", ("slipping(u, p.reach)",), (("reach", "m", (0.05, 0.1, 0.2, 0.4, 0.7)),))
+SLIPPING_SPRING = LibraryTerm("slipping spring", "N/m", ("slipping(u, p.reach)",),
+                              (("reach", "m", (0.05, 0.1, 0.2, 0.4, 0.7)),))  # fmt: skip
 """A spring behind dry friction, for where no law of `LIBRARY` holds: with a short reach it is nearly dry friction."""
 
 

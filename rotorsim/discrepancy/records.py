@@ -422,7 +422,7 @@ def check_pressure(machine: Machine, trial: Trial) -> None:
 ONE_SPEED_ALONE = "one speed only: unbalance, bow and runout are the same in it, and so are delay and phase errors"
 """Note on records of one speed."""
 ONE_EXCITATION = (
-    "one excitation amplitude only: hysteresis, dead zone, rub and other non-linear effects are "
+    "one excitation amplitude only: dry friction, dead zone, rub and other non-linear effects are "
     "indistinguishable from linear ones; record the same points with half the excitation"
 )
 """Note on records that leave non-linear effects open."""

@@ -25,6 +25,7 @@ from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
+from rotorsim.discrepancy.law_terms import law_places
 from rotorsim.discrepancy.machine_file import UNBALANCE, Findings, IdentifiedEffect, extended, in_words
 from rotorsim.discrepancy.records import FEWEST_POINTS, ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.stochastic import StochasticForce
@@ -89,6 +90,15 @@ RECORD_ELSEWHERE = (
     "Record with probes near the discs and supports where a force may act, at more speeds and with more excitation, "
     "and diagnose again: a force that is late, a mass and a spring differ in what they do over the frequency."
 )
+FREE_FORCE = (
+    "Unknown: a force at {where} explains {gone} % of what is beyond the floor; its law is not known.",
+    "Look at {where} for what may make this force: a joint that slips, a stop, a support that gives way. Record the "
+    "same speeds with a third amplitude, twice the largest or half the smallest, and diagnose again: how a force grows "
+    "shows its law. One that you know is an effect of your own.",
+)
+"""Headline and next step where a force of free shape explains what no effect and no law does."""
+LEAST_EXPLAINED = 0.5
+"""Share of the misfit from which a force of free shape stands in the headline."""
 RECALIBRATED = "re-calibrated"
 """Label of a bearing far from the machine file."""
 FORCE = "equivalent force"
@@ -224,6 +234,15 @@ class Diagnosis(Shown, Findings, Reported):
         return dict(sorted(out.items(), key=lambda one: -one[1]))
 
     @property
+    def leading(self) -> tuple[Explanation, ...]:
+        """Explanations; those with something beyond the catalogue are one where no effect is given."""
+        beyond = [e for e in self.explanations if e.beyond]
+        if self.status != "unknown" or len(beyond) < 2:
+            return self.explanations
+        one = Explanation((), True, np.nan, np.nan, False, sum(e.probability for e in beyond))
+        return tuple(sorted([one, *(e for e in self.explanations if not e.beyond)], key=lambda e: -e.probability))
+
+    @property
     def entropy(self) -> float:
         """Entropy [bit] of the odds."""
         return float(entropy(np.array(list(self.odds.values())))) if self.explanations else 0.0
@@ -271,7 +290,7 @@ class Diagnosis(Shown, Findings, Reported):
         ]
         rows += [] if self.discovered is None else [("law", self.discovered.sentence)]
         rows += [("indistinguishable", "; ".join(" with ".join(tie) for tie in self.ties))] if self.ties else []
-        rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.explanations[:3]]
+        rows += [("probability", f"{shown_share(e.probability)} {e.name}") for e in self.leading[:3]]
         if self.planned is not None:
             rows.append(("plan", self.planned.sentence))
         rows.append(("machine", self.machine.name))
@@ -286,7 +305,18 @@ class Diagnosis(Shown, Findings, Reported):
     def texts(self) -> VerdictText:
         """Headline, meaning and next step of the verdict."""
         force = bool(self.unknown.get("lines"))
-        return text_of(self.status, self.left, NO_ACCURACY not in self.notes, force)
+        text = text_of(self.status, self.left, NO_ACCURACY not in self.notes, force)
+        if self.free_force is None:
+            return text
+        given = {"where": " or ".join(self.free_force.places), "gone": int(100 * self.free_force.gone)}
+        sentence, following = (one.format(**given) for one in FREE_FORCE)
+        return replace(text, sentence=sentence, meaning=self.free_force.sentence, next=following)
+
+    @property
+    def free_force(self) -> ForceShape | None:
+        """The force of free shape, where it explains most of what neither an effect nor a law does."""
+        enough = self.status == "unknown" and self.shape is not None and self.shape.gone >= LEAST_EXPLAINED
+        return self.shape if enough else None
 
     @property
     def sentence(self) -> str:
@@ -320,6 +350,8 @@ class Diagnosis(Shown, Findings, Reported):
                 return UNDECIDED.format(count=len(self.localisation), share=shown_share(nothing), sure=least)
         if self.status == "unknown" and self.reason:
             return f"Unknown: {self.reason}."
+        if self.free_force is not None:
+            return self.texts.sentence
         law = "" if self.discovered is None else self.discovered.sentence
         force = "" if self.stochastic is None else self.stochastic.sentence
         return self.texts.sentence.format(
@@ -353,12 +385,15 @@ class Diagnosis(Shown, Findings, Reported):
         if self._constant_force:
             return RECORD_ELSEWHERE
         names = dict.fromkeys(place.name for one in located(self) if one.label != FORCE for place in one.places)
-        refuted = "" if self.discovered is None else self.discovered.refuted_by
-        step = self.texts.next.format(places=" and ".join(names) or "the machine", refuted=refuted)
-        if self.status == "no_disagreement" and self._open:
+        refuted, step = "" if self.discovered is None else self.discovered.refuted_by, self.texts.next
+        if self.free_force is None:
+            step = step.format(places=" and ".join(names) or "the machine", refuted=refuted)
+        limited = [own for note, own in RECORD_ALSO.items() if note in self.notes]
+        if self.status in ("named", "tie", "partial", "unknown"):
+            step = " ".join([step, *(record for _, record in limited)])
+        elif self.status == "no_disagreement" and self._open:
             step = RECORD_MORE
         elif self.status == "no_disagreement" and not self.left:
-            limited = [own for note, own in RECORD_ALSO.items() if note in self.notes]
             use = " and ".join(only for only, _ in limited)
             step = " ".join([f"Use the re-calibrated machine file {use}.", *(r for _, r in limited)]) if use else step
         if self.planned is not None:
@@ -461,7 +496,10 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     if (law := diagnosis.discovered) is not None:
         at = {z: place_at(machine, z) for z in (*(z for _, z in law.places), law.position)}
         out.append(LocatedEffect(" with ".join(law.kinds), "found", tuple(at.values())))
-    if diagnosis.unknown.get("lines"):
+    if diagnosis.free_force is not None:
+        at_force = [z for name, z in law_places(machine).items() if name in diagnosis.free_force.places]
+        out.append(LocatedEffect(FORCE, "force", tuple(place_at(machine, z) for z in at_force)))
+    elif diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)
 

@@ -49,6 +49,13 @@ MORE_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 """Colours of curves after those of two axes."""
 SPREAD = 2.0
 """Half width of the band of a law, in standard deviations."""
+MOST_TURNS = 4.0
+"""Way of a force over a motion, in its own ranges, above which it is no function of that motion."""
+DRAWN = (
+    "dots are the records, the line is what was found. Where the force is a function of that motion a band shows two "
+    "standard deviations; else the line is its way from moment to moment, a loop where the force remembers the motion."
+)
+"""Caption of a force over a motion."""
 
 
 @page_of(Diagnosis)
@@ -61,7 +68,10 @@ def diagnosis_page(d: Diagnosis) -> Page:
 
 def _key_numbers(d: Diagnosis) -> list[tuple[str, str]]:
     cards = [(d.status.replace("_", " "), "verdict")]
-    cards += [(shown_share(e.probability), _short_name(e)) for e in d.explanations[:1]]
+    if d.discovered is not None:
+        cards += [(shown_share(d.discovered.probability), "probability of the law")]
+    else:
+        cards += [(shown_share(e.probability), _short_name(e)) for e in d.leading[:1]]
     cards += [(f"{len(d.localisation)}", "groups of lines beyond the floor")]
     share = reduction(d.gap)
     if d.explained and np.isfinite(share):
@@ -207,19 +217,14 @@ def _effects(d: Diagnosis) -> Block:
 
 def _law(law: DiscoveredLaw) -> Block:
     """The law that was discovered, with its numbers, and force against motion where it has a curve."""
-    rows = [(key, f"{value:.4g} {law.units[key]}", f"{sd:.2g} {law.units[key]}" if sd else "held")
+    units = {key: "" if unit == "1" else f" {unit}" for key, unit in law.units.items()}
+    rows = [(key, f"{value:.4g}{units[key]}", f"{sd:.2g}{units[key]}" if sd else "held")
             for key, (value, sd) in law.terms.items()]  # fmt: skip
     texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     texts += [f"{law.chosen.sentence}."] if law.chosen is not None else []
-    of_velocity = any(word in " ".join(law.kinds) for word in ("dry", "drag", "damping"))
-    loops = "hysteresis" in law.kinds
-    figure = force_over_motion(law.curve, of_velocity, "markers" if loops else "lines") if law.curve else None
-    heads = ("number", "value", "standard deviation")
-    text = "Force at the place over its motion: " + (
-        "grey dots are the records, the others the law, whose force depends on the motion before." if loops else
-        "dots are the records, the line is the law, its band two standard deviations of its numbers, taken one by one."
-    )  # fmt: skip
+    figure = force_over_motion(law.curve) if law.curve else None
+    heads, text = ("number", "value", "standard deviation"), f"Force at the place over its motion: {DRAWN}"
     return Block(
         "The law that was discovered", text if law.curve else "", heads, rows, texts=texts, figure=figure, code=law.law
     )
@@ -230,12 +235,10 @@ def _shape(shape: ForceShape) -> Block:
     rows = [(name, f"{fall:.0f}") for name, fall in shape.depends.items()]
     rows += [(f"at {place} instead", f"{less:.0f}") for place, less in shape.near.items()]
     text = (
-        "Force at the place over its motion: what the records show, and a Gaussian process with a band of two standard "
-        "deviations, or dots where it depends on more. It proposes where to look and of what a force may "
-        "be."
+        f"Force at the place over its motion, by a Gaussian process: {DRAWN} It proposes where to look and of what a "
+        "force may be."
     )
-    of_velocity = "displacement" not in shape.depends and "velocity" in shape.depends
-    figure = force_over_motion(shape.curve, of_velocity, "lines" if len(shape.depends) == 1 else "markers")
+    figure = force_over_motion(shape.curve)
     heads = ("quantity or place", "fall of the log. evidence without it")
     return Block("The shape of a force that would explain it", text, heads, rows, texts=[shape.sentence], figure=figure)
 
@@ -272,29 +275,37 @@ def ratios_of(inputs: Sequence[EquivalentInput]) -> go.Figure:
     return style(figure, 480)
 
 
-def force_over_motion(curve: dict[str, np.ndarray], of_velocity: bool, mode: str = "lines") -> go.Figure:
-    """Force (y) [N] over displacement [um], or over velocity [mm/s], measured and as a law or a process has it.
+def turns(motion: np.ndarray, force: np.ndarray) -> float:
+    """Way of a force (n, 2) over a motion (n, 2) in its own ranges: 1 where it rises with it, 2 for a valley."""
+    ways = [np.abs(np.diff(f[np.argsort(x, kind="stable")])).sum() for x, f in zip(motion.T, force.T, strict=True)]
+    return float(max(ways) / max(np.ptp(force), 1e-300))
 
-    The latter is a line, or dots without a band, `mode` "markers", where the force depends on more than that.
+
+def force_over_motion(curve: dict[str, np.ndarray]) -> go.Figure:
+    """Force (y) [N] over displacement [um] or velocity [mm/s], measured and as a law or a process has it.
+
+    It is a line with a band over the motion of which it is a function; else its way from moment to moment, a loop.
     """
-    motion, unit = (curve["velocity"] * 1e3, "velocity [mm/s]") if of_velocity else (
-        curve["displacement"] * TO_UM, "displacement [um]")  # fmt: skip
-    figure = make_subplots(1, 2, subplot_titles=("x", "y"))
+    kinds = {"displacement [um]": curve["displacement"] * TO_UM, "velocity [mm/s]": curve["velocity"] * 1e3}
+    ways = {name: turns(motion, curve["law"]) for name, motion in kinds.items()}
+    single = min(ways.values()) < MOST_TURNS
+    unit = min(ways, key=lambda name: ways[name]) if single else "displacement [um]"
+    motion, figure = kinds[unit], make_subplots(1, 2, subplot_titles=("x", "y"))
     for i, axis in enumerate("xy"):
-        order = np.argsort(motion[:, i])
+        order = np.argsort(motion[:, i]) if single else np.arange(len(motion) + 1) % len(motion)
         dots = {"x": motion[:, i], "y": curve["measured"][:, i], "name": "measured"}
         line = {"x": motion[order, i], "y": curve["law"][order, i], "name": "model"}
         shown = {"row": 1, "col": i + 1}
         figure.add_trace(go.Scatter(**dots, mode="markers", marker={"size": 4, "color": NEUTRAL}, showlegend=not i),
                          **shown)  # fmt: skip
-        if mode == "lines":
+        if single:
             edge = SPREAD * curve["spread"][order, i]
             band = {"x": np.concatenate([line["x"], line["x"][::-1]]), "name": "band",
                     "y": np.concatenate([line["y"] + edge, (line["y"] - edge)[::-1]])}  # fmt: skip
             figure.add_trace(go.Scatter(**band, mode="lines", fill="toself", opacity=0.3, showlegend=not i,
                                         line={"width": 0, "color": AXIS_COLOURS[axis]}), **shown)  # fmt: skip
-        look = {"line": {"color": AXIS_COLOURS[axis]}, "marker": {"size": 3, "color": AXIS_COLOURS[axis]}}
-        figure.add_trace(go.Scatter(**line, **look, mode=mode, showlegend=not i), **shown)
+        look = {"color": AXIS_COLOURS[axis], "width": 2 if single else 1}
+        figure.add_trace(go.Scatter(**line, line=look, mode="lines", showlegend=not i), **shown)
         figure.update_xaxes(title_text=unit, **shown)
     figure.update_yaxes(title_text="force [N]", row=1, col=1)
     return style(figure, 340)
@@ -518,8 +529,8 @@ ROLES = {"fit": "fitted", "held_out": "held out", "untouched": "untouched"}
 
 def leading_odds(diagnosis: Diagnosis) -> go.Figure:
     """Probability [%] of the leading explanations; the rest together."""
-    shown = [e for e in diagnosis.explanations if e.probability >= LEAST_SHOWN]
-    rest = sum(e.probability for e in diagnosis.explanations) - sum(e.probability for e in shown[:MOST])
+    shown = [e for e in diagnosis.leading if e.probability >= LEAST_SHOWN]
+    rest = sum(e.probability for e in diagnosis.leading) - sum(e.probability for e in shown[:MOST])
     bars = [(_name(e), e.probability, NEUTRAL if e.beyond or not e.effects else COLOURS["with effect"])
             for e in shown[:MOST]]  # fmt: skip
     bars += [("all others", rest, COLOURS["nominal"])] if rest >= 0.005 else []

@@ -9,7 +9,7 @@ from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison, simulate
 from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, load, written
 from rotorsim.discrepancy.hidden_machine import unshaken
-from rotorsim.discrepancy.law_terms import HYSTERESIS
+from rotorsim.discrepancy.law_terms import SLIPPING_SPRING
 from rotorsim.discrepancy.shooting import forced_motion
 from rotorsim.discrepancy.trial import block_lines, trial_of
 from rotorsim.discrepancy.twin import RIG_SAMPLE, Twin, in_motion, repeating_motion
@@ -236,10 +236,10 @@ def test_every_input_has_to_repeat_with_the_period():
 @pytest.mark.parametrize("reach", [4e-6, 1e-6])
 def test_a_motion_with_a_spring_behind_dry_friction_is_that_of_a_long_run(reach, request):
     """The spring slips in each period; its stretch goes on from one run to the next, and settles with the motion."""
-    one = LawTerm(HYSTERESIS, (("reach", reach),), one=True)
+    one = LawTerm(SLIPPING_SPRING, (("reach", reach),), one=True)
     load(written(ProposedLaw("disc 0", (one,), np.ones(1), 0, 0, 0, np.zeros(0), np.ones(1)), {"disc 0": 0.3}, "slips"))
     request.addfinalizer(lambda: REGISTRY.pop("slips"))
-    rotor = load_machine("plain_rotor").replace("effects.slips.hysteresis", "2e5 N/m")
+    rotor = load_machine("plain_rotor").replace("effects.slips.slipping_spring", "2e5 N/m")
     twin, speed = Twin(rotor.replace("effects.slips.reach", f"{reach!r} m")), 80 * np.pi
     t = np.arange(4000) * RIG_SAMPLE
     rows = np.zeros((len(t), 6))

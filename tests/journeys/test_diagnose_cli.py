@@ -2,6 +2,8 @@
 
 import json
 import os
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -109,7 +111,7 @@ def test_a_verdict_that_is_there_is_not_replaced(run, tmp_path):
     assert code == 2 and "is there already; choose another --out or add --force" in err
 
 
-def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_path, monkeypatch):
+def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("ROTORSIM_CACHE_DIR", str(tmp_path))
     with pytest.raises(KeyboardInterrupt), unfinished("rotor", ["a.nc"]) as folder:
         folder.mkdir(parents=True)
@@ -125,10 +127,13 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
         assert not folder.exists()
     with pytest.raises(KeyboardInterrupt), unfinished("rotor", ["a.nc"]) as folder:
         folder.mkdir()
+        for k in range(3):
+            np.save(folder / f"{k}.npy", np.zeros(1))
         raise KeyboardInterrupt
+    assert not capsys.readouterr().err
     with unfinished("rotor", ["a.nc"]) as again:
         assert again == folder and again.exists()
-    assert not folder.exists()
+    assert "3 simulated responses" in capsys.readouterr().err and not folder.exists()
 
 
 @pytest.mark.parametrize(
@@ -138,14 +143,17 @@ def test_what_an_interrupted_diagnosis_computed_waits_for_the_same_command(tmp_p
         (("study", "identification-vs-physics"), "rotorsim.study.identify_records.run"),
     ],
 )
-def test_ctrl_c_states_that_the_same_command_continues(run, tmp_path, monkeypatch, command, work):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_sigterm_state_that_the_same_command_continues(run, tmp_path, monkeypatch, command, work, number):
     def interrupted(*arguments, **options):
-        raise KeyboardInterrupt
+        os.kill(os.getpid(), number)
+        time.sleep(10)
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(work, interrupted)
     code, _, err = run(*command)
     assert code == 130 and "interrupted: what was computed is kept, and the same command continues" in err
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 
 from reynolds.jit import inlined
 from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, load, written
-from rotorsim.discrepancy.law_terms import HYSTERESIS, LIBRARY
+from rotorsim.discrepancy.law_terms import LIBRARY, SLIPPING_SPRING
 from rotorsim.effects import REGISTRY, Effect, register
 from rotorsim.machine import load_machine
 from rotorsim.plant import Plant
@@ -19,7 +19,7 @@ STIFFNESS, REACH, HERTZ = 2e5, 2e-6, 20.0
 @pytest.fixture(scope="module")
 def slider():
     """Return the builder of a rotor without losses that stands, with the spring at its disc, and a step [s]."""
-    one = LawTerm(HYSTERESIS, (("reach", REACH),), one=True)
+    one = LawTerm(SLIPPING_SPRING, (("reach", REACH),), one=True)
     load(
         written(ProposedLaw("disc 0", (one,), np.ones(1), 0, 0, 0, np.zeros(0), np.ones(1)), {"disc 0": 0.3}, "slider")
     )
@@ -28,7 +28,7 @@ def slider():
         rotor = rotor.replace(f"bearings.{bearing}.cxx", "0 N*s/m").replace(f"bearings.{bearing}.cyy", "0 N*s/m")
 
     def build(reach=REACH, step=1e-4, size=STIFFNESS):
-        own = rotor.replace("effects.slider.hysteresis", f"{size!r} N/m").replace(
+        own = rotor.replace("effects.slider.slipping_spring", f"{size!r} N/m").replace(
             "effects.slider.reach", f"{reach!r} m"
         )
         return Plant(own.with_({"solver.sampling_rate": 1 / step, "solver.time_step": step}))
@@ -133,7 +133,7 @@ def test_a_force_of_the_motion_with_states_keeps_them_and_is_not_steady(own):
 @pytest.mark.usefixtures("slider")
 @pytest.mark.parametrize("reach", ["10 mm", "4 um"])
 def test_an_orbit_with_the_spring_is_found_whether_it_sticks_or_slips(reach):
-    rotor = load_machine("plain_rotor").replace("effects.slider.hysteresis", f"{STIFFNESS!r} N/m")
+    rotor = load_machine("plain_rotor").replace("effects.slider.slipping_spring", f"{STIFFNESS!r} N/m")
     a, speed = Plant(rotor.replace("effects.slider.reach", reach)).assembly, 200.0
     run = start_on_orbit(a, speed, 0.0)
     turn = round(2 * np.pi / speed / a.sampling_time)
@@ -147,12 +147,12 @@ def test_an_orbit_with_the_spring_is_found_whether_it_sticks_or_slips(reach):
 def test_the_linear_model_has_the_damping_next_to_a_memory_and_is_made_at_each_speed():
     loss = LawTerm(next(one for one in LIBRARY if one.name == "damping"), (), one=True)
     zeta = []
-    for terms in ([LawTerm(HYSTERESIS, (("reach", REACH),), one=True), loss], [loss]):
+    for terms in ([LawTerm(SLIPPING_SPRING, (("reach", REACH),), one=True), loss], [loss]):
         size = np.ones(len(terms))
         law = ProposedLaw("disc 0", tuple(terms), size, 0, 0, 0, np.zeros(0), size)
         load(written(law, {"disc 0": 0.3}, "lossy"))
         rotor = load_machine("plain_rotor").replace("effects.lossy.damping", "50 N*s/m")
-        rotor = rotor.replace("effects.lossy.hysteresis", "1e-3 N/m") if len(terms) > 1 else rotor
+        rotor = rotor.replace("effects.lossy.slipping_spring", "1e-3 N/m") if len(terms) > 1 else rotor
         plant = Plant(rotor)
         assert rotor_models(plant.assembly) is None
         zeta.append(plant.linearise(200.0).zeta[:2])

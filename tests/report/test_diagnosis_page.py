@@ -9,10 +9,13 @@ import pytest
 from rotorsim.discrepancy.decision import DecisionSteps
 from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.files import StoredPlan
+from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.judge import NO_ACCURACY
+from rotorsim.discrepancy.law_terms import law_places, slipping
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
-from rotorsim.discrepancy.result import PLAN_NEXT, located
+from rotorsim.discrepancy.result import PLAN_NEXT, RECORD_ALSO, located
+from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
 from rotorsim.plant.locations import acting_places, nozzles
@@ -245,7 +248,7 @@ def test_the_band_of_a_law_is_two_standard_deviations_about_it_along_each_axis()
     u = np.array([[2e-6, 1e-6], [-1e-6, 0.0], [0.0, 3e-6]])
     curve = {"displacement": u, "velocity": u, "measured": 2e6 * u, "law": 1e6 * u, "spread": 1e5 * np.abs(u)}
     law = DiscoveredLaw("law", "disc 1", 0.3, "", {}, {}, ("cubic",), "", "", 0.99, curve=curve)
-    bands = [trace for trace in force_over_motion(law.curve, False).data if trace.name == "band"]
+    bands = [trace for trace in force_over_motion(law.curve).data if trace.name == "band"]
     for i, band in enumerate(bands):
         there = np.sort(u[:, i])
         upper, lower = np.split(np.array(band.y), [3])
@@ -253,3 +256,46 @@ def test_the_band_of_a_law_is_two_standard_deviations_about_it_along_each_axis()
         assert upper - 1e6 * there == pytest.approx(2e5 * np.abs(there))
         assert lower[::-1] - 1e6 * there == pytest.approx(-2e5 * np.abs(there))
     assert len(bands) == 2
+
+
+@pytest.mark.parametrize("remembers", [True, False])
+def test_a_force_is_drawn_over_the_motion_of_which_it_is_a_function_and_a_memory_as_its_closed_loop(remembers):
+    """Dry friction is a function of the velocity; a spring that slips is one of neither."""
+    t = 2 * np.pi * np.arange(200) / 200
+    u, v = (2e-6 * np.column_stack([wave(t), wave(t + 1)]) for wave in (np.sin, np.cos))
+    force = np.column_stack([slipping(one, 5e-7) for one in u.T]) if remembers else 1e-6 * np.tanh(3e6 * v)
+    curve = {"displacement": u, "velocity": v, "measured": force, "law": force, "spread": 0.1 * np.abs(force)}
+    traces = force_over_motion(curve).data
+    drawn = [np.array(one.x) for one in traces if one.name == "model"]
+    assert any(one.name == "band" for one in traces) != remembers
+    for x, moved, velocity in zip(drawn, u.T, v.T, strict=True):
+        assert x == pytest.approx(1e6 * np.append(moved, moved[0]) if remembers else 1e3 * np.sort(velocity))
+
+
+@pytest.mark.parametrize("status", ["named", "tie", "partial", "unknown"])
+@pytest.mark.parametrize("note", [ONE_EXCITATION, ONE_SPEED_ALONE])
+def test_the_next_step_states_what_records_of_one_speed_or_one_amplitude_lack(status, note):
+    found = small_diagnosis(status=status, unknown=UNKNOWN, notes=(note,))
+    assert RECORD_ALSO[note][1] in found.next_step
+    assert RECORD_ALSO[note][1] not in replace(found, notes=()).next_step
+
+
+@pytest.mark.parametrize(("status", "gone", "headline"), [("unknown", 0.924, True), ("unknown", 0.4, False),
+                                                          ("partial", 0.924, False)])  # fmt: skip
+def test_a_force_whose_law_is_not_known_stands_in_the_headline_and_is_marked(status, gone, headline):
+    machine = load_machine("plain_rotor")
+    *_, (place, z) = law_places(machine).items()
+    shape = ForceShape(place, z, 900.0, gone, {"displacement": 300.0}, {})
+    found = small_diagnosis(status=status, effects=[], unknown=UNKNOWN, shape=shape)
+    assert (f"a force at {place} explains 92 %" in found.sentence) == headline
+    assert found.next_step.startswith(f"Look at {place} ") == headline
+    marked = [one for one in located(found) if one.role == "force"]
+    assert [p.begin <= z <= p.end for one in marked for p in one.places] == [headline]
+
+
+def test_what_an_unknown_verdict_has_beyond_the_catalogue_is_one_explanation():
+    two = tuple(Explanation((key,), True, 0.0, 0.0, True, 0.4) for key in ("runout.amplitude_2x", "shaft_bow.bow"))
+    odds = (*two, Explanation((), False, 0.0, 0.0, True, 0.2))
+    found = small_diagnosis(status="unknown", effects=[], explanations=odds)
+    assert [(e.effects, e.beyond, e.probability) for e in found.leading] == [((), True, 0.8), ((), False, 0.2)]
+    assert replace(found, status="partial").leading == odds
