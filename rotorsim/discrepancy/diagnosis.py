@@ -881,13 +881,14 @@ class DiagnosisRun:
     def _or_with_memory(self, found: Diagnosis | str, *given: Any) -> Diagnosis | str:
         """The finding, or a law with a memory: in place of none, and of several terms that leave more of the gap.
 
-        Records that were not fitted decide: several terms nearly make the loop of a spring behind dry friction.
+        Held-out records decide, as untouched ones choose nothing: several terms nearly make the loop of a spring behind
+        dry friction.
         """
         single = isinstance(found, Diagnosis) and (found.discovered is None or len(found.discovered.kinds) == 1)
         other = "" if single else self._with_memory(*given)
         if isinstance(found, Diagnosis):
-            less = isinstance(other, Diagnosis) and reduction(other.gap) > reduction(found.gap)
-            return other if isinstance(other, Diagnosis) and less else found
+            gone = [reduction(one.gap, "held_out") for one in (found, other) if isinstance(one, Diagnosis)]
+            return other if isinstance(other, Diagnosis) and gone[1] > gone[0] else found
         return other if isinstance(other, Diagnosis) else "; ".join(filter(None, (found, other)))
 
     def _with_memory(

@@ -1413,11 +1413,11 @@ def test_a_spring_behind_a_slider_takes_the_work_of_its_loop_and_is_a_spring_bel
 @pytest.mark.parametrize(("kinds", "left", "memory"), [
     (("dead band", "drag"), 0.5, True), (("dead band", "drag"), 0.05, False), (("cubic",), 0.5, False), ((), 0.0, True),
 ])  # fmt: skip
-def test_several_terms_give_way_to_a_memory_that_leaves_less_of_the_untouched_gap(kinds, left, memory):
+def test_several_terms_give_way_to_a_memory_that_leaves_less_of_the_held_out_gap(kinds, left, memory):
     def law(kinds, left):
         found = object.__new__(Diagnosis)
         gap = xr.Dataset({"gap": (("record", "axis", "stage"), [[[2.0, 1.0, left, 0.0]]]),
-                          "role": ("record", ["untouched"])})  # fmt: skip
+                          "role": ("record", ["held_out"])})  # fmt: skip
         vars(found).update(discovered=SimpleNamespace(kinds=kinds), gap=gap)
         return found
 
