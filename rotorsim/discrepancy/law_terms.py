@@ -264,7 +264,7 @@ def clearances(machine: Machine) -> dict[str, float]:
 
 
 def off_shaft(machine: Machine) -> dict[str, str]:
-    """What moves at the places where a law does not act between shaft and ground, by their names.
+    """Parts that move at the places where a law does not act between shaft and ground, by the places' names.
 
     A bearing whose housing moves acts between both, and the housing's own support between it and the ground.
     """
