@@ -53,7 +53,7 @@ from rotorsim.discrepancy.law_terms import (
     off_shaft,
 )
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
-from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
+from rotorsim.discrepancy.stability import PlacedTerm, Stability, forms_of, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import Explanation, probability_of, with_other
@@ -270,11 +270,22 @@ def _options(fit: ObservedPlaces, place: str, library: Sequence[LibraryTerm] | N
 
 def _screened(base: ParameterFit, columns: Sequence[np.ndarray]) -> Screening:
     """Terms by their columns, projected off the calibration."""
-    forms = [
-        Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(c.shape[1])))
-        for i, c in enumerate(columns) for size in (float(np.linalg.norm(c, axis=0).max()),)
-    ]  # fmt: skip
-    return screen(base, forms, columns)
+    return screen(base, forms_of(columns), columns)
+
+
+def _next(
+    view: Screening, chosen: Sequence[int], options: Sequence[LawTerm], terms: Sequence[LawTerm], first: int = 0
+) -> int:
+    """Number of the option that lowers the sum of squares most next to terms, with the price of its coefficients.
+
+    In the view the terms are the `chosen` ones, and the options follow from the `first` on. Next to a force that bends
+    no term remembers linearly: the motion that it remembers bends too.
+    """
+    taken = {name for one in terms for name in (one.term.name, *dict(one.shape))}
+    bends = not all(one.term.constant for one in terms)
+    drops = {i: view.drop(*chosen, first + i)[0] - PRICE * len(one.parameters) for i, one in enumerate(options)
+             if not (taken & {one.term.name, *dict(one.shape)} or (bends and one.term.memory))}  # fmt: skip
+    return max(drops, key=lambda i: (drops[i], -i))
 
 
 def _at_place(
@@ -283,15 +294,13 @@ def _at_place(
 ) -> tuple[ProposedLaw, ProposedLaw, int]:  # fmt: skip
     """The best law at a place, its first term alone, and the number of terms that were tried."""
     options = _options(fit, place, library)
-    columns = [one.columns(fit, place) for one in options]
-    view, chosen, found = _screened(base, columns), tuple[int, ...](), list[ProposedLaw]()
+    view = _screened(base, [one.columns(fit, place) for one in options])
+    chosen, found = tuple[int, ...](), list[ProposedLaw]()
     nothing = excess(table(fit.comparison, fit.residual))
     while len(chosen) < most:
-        taken = {name for k in chosen for name in (options[k].term.name, *dict(options[k].shape))}
-        drops = {i: view.drop(*chosen, i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
-                 if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
-        chosen = (*chosen, max(drops, key=lambda i: (drops[i], -i)))
-        terms = _shaped(fit, base, place, [*(found[-1].terms if found else ()), options[chosen[-1]]])
+        before = found[-1].terms if found else ()
+        chosen = (*chosen, _next(view, chosen, options, before))
+        terms = _shaped(fit, base, place, [*before, options[chosen[-1]]])
         proposal = solved(fit, held, base, place, terms)
         if found and proposal.score > found[-1].score - _beyond_form(found[-1], base):
             break
@@ -341,10 +350,8 @@ def extended(
     while len(law.terms) < MOST_TERMS:
         own = [one.columns(fit, law.place) for one in law.terms]
         view, k = _screened(base, [*own, *columns]), len(own)
-        taken = {name for one in law.terms for name in (one.term.name, *dict(one.shape))}
-        drops = {i: view.drop(*range(k), k + i)[0] - PRICE * columns[i].shape[1] for i, one in enumerate(options)
-                 if not taken & {one.term.name, *dict(one.shape)}}  # fmt: skip
-        terms = _shaped(fit, base, law.place, [*law.terms, options[max(drops, key=lambda i: (drops[i], -i))]])
+        further = options[_next(view, range(k), options, law.terms, k)]
+        terms = _shaped(fit, base, law.place, [*law.terms, further])
         more = replace(solved(fit, held, base, law.place, terms), tried=law.tried + len(options))
         if more.score > law.score - _beyond_form(law, base):
             break

@@ -230,13 +230,9 @@ def _posterior(H: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray, fl
 
 def responses(seen: ObservedPlaces, place: str, size: float, lengths: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Whitened responses (n, 2 k) to the features of the force along x, then along y."""
-    sigma, found = seen.comparison.sigma, []
-    for axis in (0, 1):
-        known: dict[int, np.ndarray] = {}  # records that repeat each other share a motion
-        for t, m in zip(seen.comparison.trials, seen.motions[place], strict=True):
-            if id(m) not in known:
-                lines = lines_of_series(features(points, size, lengths, states(m, axis)).T, len(m.H))
-                moved = np.einsum("lc,kl->kcl", m.H[:, :, axis], lines)
-                known[id(m)] = np.array([t.vector(one[None]) for one in moved]).T
-        found.append(np.concatenate([known[id(m)] for m in seen.motions[place]]) / sigma[:, None])
-    return np.hstack(found)
+
+    def moved(m: PlaceMotion, axis: int) -> np.ndarray:
+        lines = lines_of_series(features(points, size, lengths, states(m, axis)).T, len(m.H))
+        return np.einsum("lc,kl->kcl", m.H[:, :, axis], lines)
+
+    return seen.joined(place, lambda m: [*moved(m, 0), *moved(m, 1)])

@@ -18,7 +18,7 @@ Cites: platz_2001, brunton_2016.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from types import SimpleNamespace
@@ -265,7 +265,7 @@ def clearances(machine: Machine) -> dict[str, float]:
 
 
 def off_shaft(machine: Machine) -> dict[str, str]:
-    """What moves at the places where a law does not act between shaft and ground, by their names.
+    """Parts that move at the places where a law does not act between shaft and ground, by the places' names.
 
     A bearing whose housing moves acts between both, and the housing's own support between it and the ground.
     """
@@ -343,14 +343,21 @@ class ObservedPlaces:
 
     def columns(self, place: str, term: LibraryTerm, shape: dict[str, float]) -> np.ndarray:
         """Whitened responses (n, 2 parts) to a term at a place: its parts along x, then along y."""
-        found = []
-        for axis, part in product((0, 1), term.parts):
-            known: dict[int, np.ndarray] = {}  # records that repeat each other share a motion
-            for t, m in zip(self.comparison.trials, self.motions[place], strict=True):
-                if id(m) not in known:
-                    known[id(m)] = t.vector(m.response(term, part, axis, shape)[None])
-            found.append(np.concatenate([known[id(m)] for m in self.motions[place]]) / self.comparison.sigma)
-        return np.column_stack(found)
+        return self.joined(
+            place, lambda m: [m.response(term, part, axis, shape) for axis, part in product((0, 1), term.parts)]
+        )
+
+    def joined(self, place: str, lines: Callable[[PlaceMotion], Sequence[np.ndarray]]) -> np.ndarray:
+        """Whitened responses (n, k) of all records, whose k `lines` (2, lines) [m] follow from the motion at a place.
+
+        Records that repeat each other share a motion.
+        """
+        known: dict[int, np.ndarray] = {}
+        for t, m in zip(self.comparison.trials, self.motions[place], strict=True):
+            if id(m) not in known:
+                known[id(m)] = np.column_stack([t.vector(one[None]) for one in lines(m)])
+        whole = np.concatenate([known[id(m)] for m in self.motions[place]])
+        return np.asarray(whole / self.comparison.sigma[:, None])
 
     def largest(self, place: str) -> float:
         """Largest displacement [m] at a place."""

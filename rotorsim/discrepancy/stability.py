@@ -103,13 +103,16 @@ def _choice(terms: Sequence[PlacedTerm]) -> Choice:
     return tuple(sorted((one.name, one.place) for one in terms))
 
 
-def _forms(terms: Sequence[PlacedTerm]) -> list[Form]:
-    """Terms as forms whose steps make their columns of size one."""
+def forms_of(columns: Sequence[np.ndarray]) -> list[Form]:
+    """Terms with these columns as forms whose steps make them of size one."""
     return [
-        Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(own.shape[1])))
-        for i, one in enumerate(terms)
-        for own, size in ((one.columns, float(np.linalg.norm(one.columns, axis=0).max())),)
+        Form("law", f"{i}", tuple(FitParameter(f"law.{i}.{k}", 1 / max(size, 1e-300)) for k in range(c.shape[1])))
+        for i, c in enumerate(columns) for size in (float(np.linalg.norm(c, axis=0).max()),)
     ]  # fmt: skip
+
+
+def _forms(terms: Sequence[PlacedTerm]) -> list[Form]:
+    return forms_of([one.columns for one in terms])
 
 
 def _rivals(

@@ -169,7 +169,7 @@ class RepeatingMotion:
 
 def state_places(a: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Places in a workspace of a rotor's displacement and velocity (2 n,), of those that a step begins at, which it
-    keeps apart (2 n,), of the acceleration that it keeps too (n,), and of what tells time and turns (4,)."""
+    keeps apart (2 n,), of the acceleration that it keeps too (n,), and of time, angle and turns (4,)."""
     R, n = a.rotor, np.arange(a.rotor.n)
     clock = np.array([R.angle, a.rig.tick, R.time, R.turns])
     return np.r_[R.q + n, R.v + n], np.r_[R.q_old + n, R.v_old + n], R.a_old + n, clock

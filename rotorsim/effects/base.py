@@ -346,7 +346,7 @@ class SampledEffect(Effect):
 
 
 HOUSING, BETWEEN = OFF_SHAFT = ("housing", "between")
-"""What moves besides the shaft: the housing of a bearing, and the shaft against it."""
+"""Motions besides the shaft's: that of a bearing's housing, and that of the shaft against it."""
 WHERE = ("position", "bearing")
 """Parameters that place an effect, which its kernel does not see."""
 SHIPPED = modules_below(__package__, Path(__file__).parent)

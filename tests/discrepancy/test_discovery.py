@@ -220,7 +220,7 @@ def test_a_shaft_whose_shear_is_taken_away_answers_as_independent_beam_elements_
 
 @pytest.mark.parametrize("hertz", [16.0, 43.0])
 def test_the_answer_of_probes_by_a_force_under_a_housing_is_that_of_independent_beam_elements(hertz):
-    """Of five places the bearing in a housing acts between both, the housing between its support and the ground."""
+    """The bearing in a housing, the fourth of five places, acts between both, the housing between it and the ground."""
     rig = TwoDiscRig(tuple(own[1:] for own in BEARINGS), (), housing=HOUSING)
     [H] = receptance(rig, hertz, np.array([2 * hertz]), (PLANES[0],), (4, 9, 0, 12, 13))
     own = [H[:, 2 * k : 2 * k + 2] for k in range(5)]

@@ -10,7 +10,7 @@ from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.candidates import screen
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.force_shape import process_at, responses, shape_of
-from rotorsim.discrepancy.law_terms import PlaceMotion
+from rotorsim.discrepancy.law_terms import ObservedPlaces, PlaceMotion
 from rotorsim.discrepancy.stability import PAIRS, PlacedTerm, _forms, _products, _view, stability
 
 RECORDS, LINES, MOMENTS = 8, 12, 64
@@ -102,7 +102,7 @@ def free_force(force, noise: float = 0.01):
     trials = [SimpleNamespace(vector=vector)] * RECORDS
     comparison = SimpleNamespace(trials=trials, sigma=sigma, twin=SimpleNamespace(machine=None))
     J = rng.normal(size=(len(sigma), 2))
-    seen = SimpleNamespace(comparison=comparison, residual=residual, J=J, motions=motions)
+    seen = ObservedPlaces(comparison, residual, J, motions)
     return seen, fit_of(J, residual)
 
 
