@@ -374,7 +374,7 @@ def _effects(diagnosis: Diagnosis) -> Iterator[str]:
         others = [k for k in found.tie_class if k != found.form]
         if others:
             yield f"    no record distinguishes it from: {', '.join(others)}"
-    if diagnosis.discovered is not None:
+    if diagnosis.discovered is not None and not diagnosis.explanations:
         yield f"  probability {shown_share(diagnosis.discovered.probability)}: this law"
     share = reduction(diagnosis.gap)
     if diagnosis.explained and share == share:
@@ -390,7 +390,7 @@ def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
         )
     for own in diagnosis.inputs:
         yield f"  equivalent input of {own.sentence}"
-    for one in diagnosis.unknown.get("lines", ())[:3]:
+    for one in diagnosis.unknown.get("lines", ())[:3] if diagnosis.stochastic is None else ():
         place = f"{one['frequency_hz']:.4g} Hz, {one['direction']}, {one['point']}"
         yield f"  equivalent force {one['force_n']:.3g} N at {place}"
 

@@ -542,16 +542,18 @@ class DiagnosisRun:
             check_late(self.parts.values(), self.late)
         self.contradiction = self._contradicted(base, judgement, blocks, [*groups, *apart])
         notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
-        if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
-            shown = [f"{key} {size}" for key, size in self.seen_from.items()]
-            more = [f"and {len(shown) - MOST_SEEN} more"] if len(shown) > MOST_SEEN else []
-            notes.append(SEEN_FROM.format("; ".join([*shown[:MOST_SEEN], *more])))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         if judgement.verdict.status == "unknown" and not flags:
             notes += self._hints(base)
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
-        return self._result(base, flags, judgement, search, notes) if other is None else other
+        if other is not None:
+            return other
+        if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
+            shown = [f"{key} {size}" for key, size in self.seen_from.items()]
+            more = [f"and {len(shown) - MOST_SEEN} more"] if len(shown) > MOST_SEEN else []
+            notes.append(SEEN_FROM.format("; ".join([*shown[:MOST_SEEN], *more])))
+        return self._result(base, flags, judgement, search, notes)
 
     def _contradicted(
         self, base: ParameterFit, judgement: Judgement, blocks: list[np.ndarray], groups: Sequence[Misfit]

@@ -217,9 +217,7 @@ def _effects(d: Diagnosis) -> Block:
 
 def _law(law: DiscoveredLaw) -> Block:
     """The law that was discovered, with its numbers, and force against motion where it has a curve."""
-    units = {key: "" if unit == "1" else f" {unit}" for key, unit in law.units.items()}
-    rows = [(key, f"{value:.4g}{units[key]}", f"{sd:.2g}{units[key]}" if sd else "held")
-            for key, (value, sd) in law.terms.items()]  # fmt: skip
+    rows = [(key, value, sd or "held") for key, value, sd in law.sizes()]
     texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     texts += [f"{law.chosen.sentence}."] if law.chosen is not None else []
@@ -282,17 +280,17 @@ def turns(motion: np.ndarray, force: np.ndarray) -> float:
 
 
 def force_over_motion(curve: dict[str, np.ndarray]) -> go.Figure:
-    """Force (y) [N] over displacement [um] or velocity [mm/s], measured and as a law or a process has it.
+    """Force (y) [N] over displacement [µm] or velocity [mm/s], measured and as a law or a process has it.
 
     It is a line with a band over the motion of which it is a function; else its way from moment to moment, a loop.
     """
-    kinds = {"displacement [um]": curve["displacement"] * TO_UM, "velocity [mm/s]": curve["velocity"] * 1e3}
+    kinds = {"displacement [µm]": curve["displacement"] * TO_UM, "velocity [mm/s]": curve["velocity"] * 1e3}
     ways = {name: turns(motion, curve["law"]) for name, motion in kinds.items()}
     single = min(ways.values()) < MOST_TURNS
-    unit = min(ways, key=lambda name: ways[name]) if single else "displacement [um]"
+    unit = min(ways, key=lambda name: ways[name]) if single else "displacement [µm]"
     motion, figure = kinds[unit], make_subplots(1, 2, subplot_titles=("x", "y"))
     for i, axis in enumerate("xy"):
-        order = np.argsort(motion[:, i]) if single else np.arange(len(motion) + 1) % len(motion)
+        order = np.argsort(motion[:, i]) if single else np.arange(len(motion))
         dots = {"x": motion[:, i], "y": curve["measured"][:, i], "name": "measured"}
         line = {"x": motion[order, i], "y": curve["law"][order, i], "name": "model"}
         shown = {"row": 1, "col": i + 1}
