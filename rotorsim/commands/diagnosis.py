@@ -195,9 +195,14 @@ def _diagnosed(
     with result.folder("diagnosis", *names, page=RESULTS["report"]) as folder, unfinished(machine, *given) as kept:
         found = diagnose_records(
             machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
-            data.mapping, progress=Stages().show, resume=kept, plan_next=allow,
+            data.mapping, progress=Stages().show, resume=kept, plan_next=allow, noted=_print_note,
         )  # fmt: skip
         return found, _saved(found, folder)
+
+
+def _print_note(note: str) -> None:
+    """Print a note before the work begins."""
+    print(f"note: {note}", file=sys.stderr, flush=True)
 
 
 def _saved(found: Diagnosis, folder: options.ResultFolder) -> dict[str, str]:
@@ -236,6 +241,7 @@ def run_loop(
             loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=folder.path,
             mapping=data.mapping, progress=progress, tolerance=data.tolerance, anew=result.force,
             shown=StepPrinter(folder.path / RESULTS["plan"], result.as_json).show,
+            noted=_print_note,
         )  # fmt: skip
         return found, _saved(found, folder) | {"steps": str(folder.path / FILE)}
 
@@ -420,14 +426,10 @@ class Stages:
         self.printed = self.begin
 
     def show(self, stage: str, most: int = 0) -> None:
-        """Note one step of a stage, with the most steps that it takes where they are known, or print a sentence.
+        """Note one step of a stage, with the most steps that it takes where they are known.
 
         A step of an earlier stage counts as one of the present stage: their numbers rise.
         """
-        if stage not in STAGES:
-            end_line()
-            print(f"note: {stage}", file=sys.stderr, flush=True)
-            return
         order = list(STAGES)
         anew = stage in order[:2] and self.stage in order[order.index("show") :]  # another diagnosis of a loop
         if self.stage and not anew and order.index(stage) < order.index(self.stage):

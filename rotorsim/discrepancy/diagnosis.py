@@ -292,6 +292,7 @@ def diagnose(
     progress: Progress = lambda stage, most=0: None,
     resume: str | Path | None = None,
     plan_next: Iterable[str] | None = None,
+    noted: Callable[[str], None] = lambda note: None,
 ) -> Diagnosis:
     """Compare a machine file with measured records, and identify the missing effect.
 
@@ -312,13 +313,14 @@ def diagnose(
     tolerance : float
         Declared tolerance of the model, as a share of every line.
     progress : function of a stage's name and the most steps that it takes
-        Called with each step of the work; the number is 0 where it is not known. Before the work begins, called with
-        each sentence on the records that may make it useless.
+        Called with each step of the work; the number is 0 where it is not known.
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
         Rank the experiments that may come next. The names, of `decision.ALLOWED`, may differ from the records;
         all that the machine can do for an empty one. `Diagnosis.planned` has them.
+    noted : function
+        Called, before anything is computed, with each sentence on the records that may make the work useless.
 
     Returns
     -------
@@ -343,7 +345,7 @@ def diagnose(
     every = [one for part in parts.values() for one in part]
     unknown = reference_notes(machine, every)
     for note in unknown:
-        progress(note)
+        noted(note)
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
@@ -442,7 +444,7 @@ def _most_probable(
     return max([best, *fitted], key=lambda h: (probability_of(h.keys, odds), -h.fit.cost))
 
 
-def _refused(name: str, gone: float, sentence: str = NO_LAW) -> str:
+def refused(name: str, gone: float, sentence: str = NO_LAW) -> str:
     """Sentence on the law that came nearest, with the share of the misfit that it takes, and why it is not given."""
     reason = LITTLE if gone < ENOUGH else NOT_BORNE_OUT
     return sentence.format(name=name, gone=int(100 * max(gone, 0.0)), reason=reason)
@@ -825,7 +827,7 @@ class DiagnosisRun:
             holds = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
             if best is None or not (holds and sure and known - priced(best) > CLEAR):
                 near = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
-                return _refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
+                return refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
                 return ""
@@ -917,7 +919,7 @@ class DiagnosisRun:
         first, rivals = solutions[0], [one.law for one in solutions]
         if not borne_out(first, (*rivals, *others), self.parts, before, known):
             gone = share_gone(first.law.left, excess(table(self.fitted, before["fit"])))
-            return _refused(first.law.names, gone, NO_MEMORY if others else NO_LAW)
+            return refused(first.law.names, gone, NO_MEMORY if others else NO_LAW)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
         gap = found.gap.copy(deep=True)
         gap["gap"].values[:, :, 2] = np.concatenate(

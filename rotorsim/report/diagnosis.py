@@ -51,11 +51,13 @@ SPREAD = 2.0
 """Half width of the band of a law, in standard deviations."""
 MOST_TURNS = 4.0
 """Way of a force over a motion, in its own ranges, above which it is no function of that motion."""
-DRAWN = (
-    "dots are the records, the line is what was found. Where the force is a function of that motion a band shows two "
-    "standard deviations; else the line is its way from moment to moment, a loop where the force remembers the motion."
+OVER_MOTION = "Force at the place over its motion{by}: dots are the records, the line is what was found"
+ALONE = ", its band two standard deviations of its numbers, taken one by one. "
+WITH_MORE = (
+    " from moment to moment. The force depends on more than this motion; where it depends on the motion before, the "
+    "line is a loop. "
 )
-"""Caption of a force over a motion."""
+"""Caption of a force, and its end where the force is a function of the motion and where it is not."""
 
 
 @page_of(Diagnosis)
@@ -222,21 +224,16 @@ def _law(law: DiscoveredLaw) -> Block:
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     texts += [f"{law.chosen.sentence}."] if law.chosen is not None else []
     figure = force_over_motion(law.curve) if law.curve else None
-    heads, text = ("number", "value", "standard deviation"), f"Force at the place over its motion: {DRAWN}"
-    return Block(
-        "The law that was discovered", text if law.curve else "", heads, rows, texts=texts, figure=figure, code=law.law
-    )
+    heads, text = ("number", "value", "standard deviation"), "" if figure is None else caption(figure)
+    return Block("The law that was discovered", text, heads, rows, texts=texts, figure=figure, code=law.law)
 
 
 def _shape(shape: ForceShape) -> Block:
     """The force of free shape where neither an effect nor a law explains the gap."""
     rows = [(name, f"{fall:.0f}") for name, fall in shape.depends.items()]
     rows += [(f"at {place} instead", f"{less:.0f}") for place, less in shape.near.items()]
-    text = (
-        f"Force at the place over its motion, by a Gaussian process: {DRAWN} It proposes where to look and of what a "
-        "force may be."
-    )
     figure = force_over_motion(shape.curve)
+    text = caption(figure, ", by a Gaussian process") + "It proposes where to look and of what a force may be."
     heads = ("quantity or place", "fall of the log. evidence without it")
     return Block("The shape of a force that would explain it", text, heads, rows, texts=[shape.sentence], figure=figure)
 
@@ -271,6 +268,11 @@ def ratios_of(inputs: Sequence[EquivalentInput]) -> go.Figure:
         figure.update_yaxes(title=title, row=row, col=1)
     figure.update_xaxes(title="frequency [Hz]", row=2, col=1)
     return style(figure, 480)
+
+
+def caption(figure: go.Figure, by: str = "") -> str:
+    """Sentence on a figure of `force_over_motion`."""
+    return OVER_MOTION.format(by=by) + (ALONE if any(one.name == "band" for one in figure.data) else WITH_MORE)
 
 
 def turns(motion: np.ndarray, force: np.ndarray) -> float:

@@ -15,7 +15,17 @@ from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import NO_PEACE, TOO_UNSTEADY, DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import (
+    LITTLE,
+    NO_LAW,
+    NO_MEMORY,
+    NO_PEACE,
+    NOT_BORNE_OUT,
+    TOO_UNSTEADY,
+    DiagnosisRun,
+    refused,
+    trials_of,
+)
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     NOT_PERIODIC,
@@ -1357,6 +1367,14 @@ def test_several_terms_give_way_to_a_memory_that_leaves_less_of_the_untouched_ga
     assert (DiagnosisRun._or_with_memory(run, found) is spring) == memory
     refused = DiagnosisRun._or_with_memory(SimpleNamespace(_with_memory=lambda *given: "nor one that slips"), found)
     assert refused is found if kinds else refused == "none is borne out; nor one that slips"
+
+
+@pytest.mark.parametrize(("gone", "share", "reason"), [(0.876, "87 %", LITTLE), (0.96, "96 %", NOT_BORNE_OUT),
+                                                       (-0.2, "0 %", LITTLE)])  # fmt: skip
+@pytest.mark.parametrize("sentence", [NO_LAW, NO_MEMORY])
+def test_a_law_that_is_not_given_is_named_with_what_it_takes_and_why(gone, share, reason, sentence):
+    text = refused("cubic of disc 1", gone, sentence)
+    assert "cubic of disc 1" in text and f"takes {share}" in text and text.endswith(reason)
 
 
 @pytest.mark.slow
