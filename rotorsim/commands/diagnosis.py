@@ -390,11 +390,12 @@ def _effects(diagnosis: Diagnosis) -> Iterator[str]:
 def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
     """Groups of lines beyond the floor, and the equivalent input and force of what is left."""
     if count := len(diagnosis.localisation):
-        yield f"  after re-calibration alone, groups of lines beyond the floor: {count}" + ("; first" if count > 6 else "")
+        more = ", of which the first are" if count > 6 else ""
+        yield f"  groups of lines beyond the floor, after re-calibration alone: {count}{more}"
     for flag in diagnosis.localisation[:6]:
         yield (
-            f"    {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor of "
-            f"{flag.floor * TO_UM:.2g} um" + (f", largest {flag.place}" if flag.place else "")
+            f"    {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor "
+            f"of {flag.floor * TO_UM:.2g} um" + (f", largest {flag.place}" if flag.place else "")
         )
     for own in diagnosis.inputs:
         yield f"  equivalent input of {own.sentence}"

@@ -388,13 +388,13 @@ COLOURS = {"nominal": "#8a949e", "re-calibrated": AXIS_COLOURS["y"], "with effec
 def flag_map(diagnosis: Diagnosis) -> go.Figure:
     """Flagged groups of lines over operating points: size of the residual over the floor."""
     flags = diagnosis.localisation
-    points = list(dict.fromkeys(f"{f.record}: {f.point}" for f in sorted(flags, key=lambda f: f.number)))
+    points = list(dict.fromkeys(in_lines(f"{f.record}: {f.point}") for f in sorted(flags, key=lambda f: f.number)))
     groups = list(dict.fromkeys(f"{f.group}, {f.channel}" for f in sorted(flags, key=lambda f: (f.group, f.channel))))
     z = np.full((len(points), len(groups)), np.nan)
     texts = [[""] * len(groups) for _ in points]
     for f in flags:
-        texts[points.index(f"{f.record}: {f.point}")][groups.index(f"{f.group}, {f.channel}")] = f.place
-        z[points.index(f"{f.record}: {f.point}"), groups.index(f"{f.group}, {f.channel}")] = f.rms / f.floor
+        row, column = points.index(in_lines(f"{f.record}: {f.point}")), groups.index(f"{f.group}, {f.channel}")
+        texts[row][column], z[row, column] = f.place, f.rms / f.floor
     figure = go.Figure(
         go.Heatmap(
             z=compact(z), x=groups, y=points, colorscale=SPECTRUM_SCALE, zmin=0,
@@ -417,7 +417,8 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
     names: list[str] = []
     for i in order:  # records that repeat a point, and planes of one record, by the record's name
         name = points[i] if points.count(points[i]) == 1 else f"{points[i]}, {gap['record'].values[i]}"
-        names.append(f"{name} ({len(names) + 1})" if name in names else name)
+        name = in_lines(f"{name} ({len(names) + 1})" if in_lines(name) in names else name)
+        names.append(name)
     figure = go.Figure()
     for s, (stage, colour) in enumerate(COLOURS.items()):
         if stage == "with effect" and not diagnosis.explained:
@@ -427,7 +428,7 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
         y=names, x=compact(total[order, 3]), name="scatter", mode="markers",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": INK}},
     )  # fmt: skip
-    figure = style(figure, 120 + 34 * len(names), barmode="group")
+    figure = style(figure, 120 + 38 * len(names), barmode="group")
     figure.update_yaxes(autorange="reversed", automargin=True)
     figure.update_xaxes(title="gap [µm rms]", rangemode="tozero")
     return figure
@@ -555,7 +556,12 @@ def _name(one: Explanation) -> str:
     alike = [" with ".join(keys) for keys in one.alike]
     texts = [one.name, *(f"or {name}" for name in alike[:ALIKE])]
     texts += [f"or {len(alike) - ALIKE} more"] if len(alike) > ALIKE else []
-    return "<br>".join(line for text in texts for line in wrap(text, LINE, break_on_hyphens=False))
+    return "<br>".join(map(in_lines, texts))
+
+
+def in_lines(text: str) -> str:
+    """Text in lines of at most `LINE` characters."""
+    return "<br>".join(wrap(text, LINE, break_on_hyphens=False))
 
 
 def stages_of(diagnosis: Diagnosis) -> dict[str, str]:
