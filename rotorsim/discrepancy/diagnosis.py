@@ -716,7 +716,8 @@ class DiagnosisRun:
         The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
         """
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
-        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False, wanted=wanted)
+        longer = replace(fit, parameters=(*fit.parameters, *own))
+        return finished(self.fitted, longer, lambda: self.progress("discover"), central=False, wanted=wanted)
 
     def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.

@@ -1007,7 +1007,7 @@ def test_the_nearest_rival_of_a_law_converges_and_another_one_if_it_may_come_nea
 @pytest.mark.parametrize(("diameter", "fitted"), [("20 mm", True), ("300 mm", False)])
 def test_the_shear_of_a_thick_shaft_is_not_fitted(diameter, fitted, monkeypatch):
     machine = Machine.from_text(load_machine("plain_rotor").text.replace("20 mm", diameter))
-    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.finished", lambda comparison, fit, central, wanted: fit)
+    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.finished", lambda comparison, fit, *_, **more: fit)
     fit = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
     found = DiagnosisRun(machine, None, {"fit": None}, (), [], 0.0, print)._with_shear(fit)
     assert (SHEAR in found.parameters) == fitted
