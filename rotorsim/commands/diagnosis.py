@@ -195,9 +195,14 @@ def _diagnosed(
     with result.folder("diagnosis", *names, page=RESULTS["report"]) as folder, unfinished(machine, *given) as kept:
         found = diagnose_records(
             machine, data.records or (), data.held_out, data.untouched, data.effect, seed, data.tolerance,
-            data.mapping, progress=Stages().show, resume=kept, plan_next=allow,
+            data.mapping, progress=Stages().show, resume=kept, plan_next=allow, noted=_print_note,
         )  # fmt: skip
         return found, _saved(found, folder)
+
+
+def _print_note(note: str) -> None:
+    """Print a note before the work begins."""
+    print(f"note: {note}", file=sys.stderr, flush=True)
 
 
 def _saved(found: Diagnosis, folder: options.ResultFolder) -> dict[str, str]:
@@ -236,6 +241,7 @@ def run_loop(
             loaded, rig, budget, data.records or (), experiments.allowed, data.effect, out=folder.path,
             mapping=data.mapping, progress=progress, tolerance=data.tolerance, anew=result.force,
             shown=StepPrinter(folder.path / RESULTS["plan"], result.as_json).show,
+            noted=_print_note,
         )  # fmt: skip
         return found, _saved(found, folder) | {"steps": str(folder.path / FILE)}
 
@@ -374,7 +380,7 @@ def _effects(diagnosis: Diagnosis) -> Iterator[str]:
         others = [k for k in found.tie_class if k != found.form]
         if others:
             yield f"    no record distinguishes it from: {', '.join(others)}"
-    if diagnosis.discovered is not None:
+    if diagnosis.discovered is not None and not diagnosis.explanations:
         yield f"  probability {shown_share(diagnosis.discovered.probability)}: this law"
     share = reduction(diagnosis.gap)
     if diagnosis.explained and share == share:
@@ -383,14 +389,17 @@ def _effects(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _disagreement(diagnosis: Diagnosis) -> Iterator[str]:
     """Groups of lines beyond the floor, and the equivalent input and force of what is left."""
+    if count := len(diagnosis.localisation):
+        more = ", of which the first are" if count > 6 else ""
+        yield f"  groups of lines beyond the floor, after re-calibration alone: {count}{more}"
     for flag in diagnosis.localisation[:6]:
         yield (
-            f"  {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor of "
-            f"{flag.floor * TO_UM:.2g} um" + (f", largest {flag.place}" if flag.place else "")
+            f"    {flag.record} ({flag.point}), {flag.channel}, {flag.group}: {flag.rms * TO_UM:.3g} um over a floor "
+            f"of {flag.floor * TO_UM:.2g} um" + (f", largest {flag.place}" if flag.place else "")
         )
     for own in diagnosis.inputs:
         yield f"  equivalent input of {own.sentence}"
-    for one in diagnosis.unknown.get("lines", ())[:3]:
+    for one in diagnosis.unknown.get("lines", ())[:3] if diagnosis.stochastic is None else ():
         place = f"{one['frequency_hz']:.4g} Hz, {one['direction']}, {one['point']}"
         yield f"  equivalent force {one['force_n']:.3g} N at {place}"
 
@@ -420,14 +429,10 @@ class Stages:
         self.printed = self.begin
 
     def show(self, stage: str, most: int = 0) -> None:
-        """Note one step of a stage, with the most steps that it takes where they are known, or print a sentence.
+        """Note one step of a stage, with the most steps that it takes where they are known.
 
         A step of an earlier stage counts as one of the present stage: their numbers rise.
         """
-        if stage not in STAGES:
-            end_line()
-            print(f"note: {stage}", file=sys.stderr, flush=True)
-            return
         order = list(STAGES)
         anew = stage in order[:2] and self.stage in order[order.index("show") :]  # another diagnosis of a loop
         if self.stage and not anew and order.index(stage) < order.index(self.stage):

@@ -299,6 +299,7 @@ def diagnose(
     progress: Progress = lambda stage, most=0: None,
     resume: str | Path | None = None,
     plan_next: Iterable[str] | None = None,
+    noted: Callable[[str], None] = lambda note: None,
 ) -> Diagnosis:
     """Compare a machine file with measured records, and identify the missing effect.
 
@@ -319,13 +320,14 @@ def diagnose(
     tolerance : float
         Declared tolerance of the model, as a share of every line.
     progress : function of a stage's name and the most steps that it takes
-        Called with each step of the work; the number is 0 where it is not known. Before the work begins, called with
-        each sentence on the records that may make it useless.
+        Called with each step of the work; the number is 0 where it is not known.
     resume : folder
         Where to keep what was computed, so that an interrupted diagnosis resumes; yours to delete once it is done.
     plan_next : names, optional
         Rank the experiments that may come next. The names, of `decision.ALLOWED`, may differ from the records;
         all that the machine can do for an empty one. `Diagnosis.planned` has them.
+    noted : function
+        Called, before anything is computed, with each sentence on the records that may make the work useless.
 
     Returns
     -------
@@ -350,7 +352,7 @@ def diagnose(
     every = [one for part in parts.values() for one in part]
     unknown = reference_notes(machine, every)
     for note in unknown:
-        progress(note)
+        noted(note)
     stated = held_out is None and untouched is None
     trials = [t for role, part in parts.items() for t in trials_of(machine, part, None if stated else role)]
     if any(not t.orders for t in trials):
@@ -454,7 +456,7 @@ def _at_input(best: Hypothesis | None) -> bool:
     return best is not None and all(REGISTRY[f.effect].port in OF_INPUT for f in best.forms)
 
 
-def _refused(name: str, gone: float, sentence: str = NO_LAW) -> str:
+def refused(name: str, gone: float, sentence: str = NO_LAW) -> str:
     """Sentence on the law that came nearest, with the share of the misfit that it takes, and why it is not given."""
     reason = LITTLE if gone < ENOUGH else NOT_BORNE_OUT
     return sentence.format(name=name, gone=int(100 * max(gone, 0.0)), reason=reason)
@@ -554,16 +556,18 @@ class DiagnosisRun:
             check_late(self.parts.values(), self.late)
         self.contradiction = self._contradicted(base, judgement, blocks, [*groups, *apart])
         notes += [*judgement.notes, *([self.contradiction] if self.contradiction else [])]
-        if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
-            shown = [f"{key} {size}" for key, size in self.seen_from.items()]
-            more = [f"and {len(shown) - MOST_SEEN} more"] if len(shown) > MOST_SEEN else []
-            notes.append(SEEN_FROM.format("; ".join([*shown[:MOST_SEEN], *more])))
         if judgement.verdict.best is not None and not flags:
             notes.append(FAINT.format(base.cost - judgement.verdict.best.fit.cost))
         if judgement.verdict.status == "unknown" and not flags:
             notes += self._hints(base)
         other = None if self.laws is not None else self._beyond_catalogue(base, flags, apart, judgement, notes)
-        return self._result(base, flags, judgement, search, notes) if other is None else other
+        if other is not None:
+            return other
+        if judgement.verdict.status in ("no_disagreement", "recalibrated") and self.seen_from:
+            shown = [f"{key} {size}" for key, size in self.seen_from.items()]
+            more = [f"and {len(shown) - MOST_SEEN} more"] if len(shown) > MOST_SEEN else []
+            notes.append(SEEN_FROM.format("; ".join([*shown[:MOST_SEEN], *more])))
+        return self._result(base, flags, judgement, search, notes)
 
     def _contradicted(
         self, base: ParameterFit, judgement: Judgement, blocks: list[np.ndarray], groups: Sequence[Misfit]
@@ -724,7 +728,8 @@ class DiagnosisRun:
         The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
         """
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
-        return finished(self.fitted, replace(fit, parameters=(*fit.parameters, *own)), central=False, wanted=wanted)
+        longer = replace(fit, parameters=(*fit.parameters, *own))
+        return finished(self.fitted, longer, lambda: self.progress("discover"), central=False, wanted=wanted)
 
     def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
@@ -843,7 +848,8 @@ class DiagnosisRun:
             verdict, search = own._name(base, flags, apart)
             judgement = own._judged(base, flags, verdict, search, 0.0)
             best, keys = judgement.verdict.best, {f.key for f in forms}
-            odds = with_rival(judgement.odds, judgement.verdict.fitted, rival, self._total)
+            less = 0.0 if rival is None else self._total(rival)
+            odds = with_rival(judgement.odds, judgement.verdict.fitted, rival, lambda one: own._total(one) - less)
             odds = after_choice(odds, [*keys], law.tried)
             best = _most_probable(best, judgement.verdict, odds)
             others = [] if best is None else [e.name for e in odds if e.effects and not e.beyond
@@ -856,7 +862,7 @@ class DiagnosisRun:
                 if rival is not None and holds and 0 < ahead <= CLEAR and self._total(rival) == known:
                     return AS_NEAR.format(law.names, " with ".join(rival.keys))
                 near = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
-                return _refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
+                return refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
                 return ""
@@ -948,7 +954,7 @@ class DiagnosisRun:
         first, rivals = solutions[0], [one.law for one in solutions]
         if not borne_out(first, (*rivals, *others), self.parts, before, known):
             gone = share_gone(first.law.left, excess(table(self.fitted, before["fit"])))
-            return _refused(first.law.names, gone, NO_MEMORY if others else NO_LAW)
+            return refused(first.law.names, gone, NO_MEMORY if others else NO_LAW)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
         gap = found.gap.copy(deep=True)
         gap["gap"].values[:, :, 2] = np.concatenate(

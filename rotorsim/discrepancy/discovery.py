@@ -52,7 +52,7 @@ from rotorsim.discrepancy.law_terms import (
     law_places,
     off_shaft,
 )
-from rotorsim.discrepancy.machine_file import IdentifiedEffect
+from rotorsim.discrepancy.machine_file import IdentifiedEffect, with_unit
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, forms_of, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
@@ -632,14 +632,15 @@ class DiscoveredLaw:
     bearing: dict[str, Any] = field(default_factory=dict)
     """The bearing of a machine file that a hidden mass is; empty for other laws."""
 
+    def sizes(self) -> Iterator[tuple[str, str, str]]:
+        """Number, value and standard deviation in display units; no standard deviation where it was held."""
+        for key, (value, sd) in self.terms.items():
+            yield key, with_unit(value, self.units[key], 4), with_unit(sd, self.units[key], 2) if sd else ""
+
     @property
     def sentence(self) -> str:
         """Law and place with all numbers in one sentence."""
-        found = self.terms.items()
-        sizes = ", ".join(
-            f"{key} = {value:.4g}" + (f" +- {sd:.2g}" if sd else "") + f" {self.units[key]}".replace(" 1", "")
-            for key, (value, sd) in found
-        )
+        sizes = ", ".join(f"{key} = {value}{f' +- {sd}' if sd else ''}" for key, value, sd in self.sizes())
         at = [place for place, _ in self.places] or [self.place] * len(self.kinds)
         where = {place: [k for k, own in zip(self.kinds, at, strict=True) if own == place] for place in at}
         parts = " and ".join(f"{' with '.join(own)} at {place}" for place, own in where.items())
@@ -870,15 +871,15 @@ def cannot_tell(trials: Sequence[Trial]) -> str:
 
 def with_rival(
     odds: Sequence[Explanation], laws: Sequence[Hypothesis], rival: Hypothesis | None,
-    total: Callable[[Hypothesis], float],
+    behind: Callable[[Hypothesis], float],
 ) -> tuple[Explanation, ...]:  # fmt: skip
-    """Odds of laws in which the best effects of the catalogue stand too, by their `total` against that of a law."""
+    """Odds of laws in which the best effects of the catalogue stand too, by how far a law's total is `behind` theirs."""
     known = [law for law in laws if probability_of(law.keys, odds) > 0]
     if rival is None or not known:
         return tuple(odds)
     best = max(known, key=lambda law: probability_of(law.keys, odds))
     other = Explanation(rival.keys, False, 0.0, 0.0, True)
-    return with_other(odds, best.keys, other, total(best) - total(rival))
+    return with_other(odds, best.keys, other, behind(best))
 
 
 def priced(one: Hypothesis) -> float:

@@ -55,8 +55,8 @@ OF_HOUSING = "the housing of "
 """Beginning of the name of a housing as a place, before its bearing's."""
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
-MOMENTS = 500
-"""Moments of a record that show a force."""
+MOMENTS, PART = 500, 0.25
+"""Moments of a record that show a force, and the part of its period in which they lie, about the largest motion."""
 
 
 def slipping(u: np.ndarray, reach: float) -> np.ndarray:
@@ -440,7 +440,9 @@ def force_curve(
     shows = np.abs(np.einsum("lij,jl->il", m.H, lines)) > complex_lines(comparison, i, comparison.sigma).real
     rest = np.where(shows.any(axis=0), complex_lines(comparison, i, left), 0.0)
     more = np.array([answer(np.linalg.pinv, h, rcond=0.05) @ line for h, line in zip(m.H, rest.T, strict=True)]).T
-    chosen = slice(None, None, max(n // MOMENTS, 1))
+    apart = max(int(PART * n / MOMENTS), 1)  # one after the other, so that their way is seen
+    first = int(np.argmax(np.abs(m.displacement).max(axis=0))) - min(MOMENTS, n) // 2 * apart
+    chosen = (first + apart * np.arange(min(MOMENTS, n))) % n
     return {"displacement": m.displacement.T[chosen], "velocity": m.velocity.T[chosen],
             "measured": (force + series_of_lines(more, n)).T[chosen], "law": force.T[chosen],
             "spread": spread.T[chosen]}  # fmt: skip

@@ -64,6 +64,7 @@ def decide(
     models: CompiledModels | None = None,
     tolerance: float = TOLERANCE,
     anew: bool = False,
+    noted: Callable[[str], None] = lambda note: None,
 ) -> Diagnosis:
     """Diagnose and make the experiment that should tell most, until one explanation has a probability of `sure`.
 
@@ -96,6 +97,8 @@ def decide(
         Declared tolerance of the model, as a share of every line.
     anew : bool
         Begin anew where `out` has steps already.
+    noted : function
+        As of `diagnose`.
 
     Returns
     -------
@@ -137,7 +140,7 @@ def decide(
     with TemporaryDirectory() as scratch, undoing():
         folder = make_folder(Path(scratch if out is None else out).resolve())
         loop = DecisionLoop(
-            machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, models, tolerance
+            machine, there, budget, names, alike, only, sure, folder, mapping, progress, shown, models, tolerance, noted
         )
         first = there.begin(given)
         return loop.run(first, DecisionSteps(asked) if anew else read_steps(folder, asked))
@@ -161,6 +164,7 @@ class DecisionLoop:
     shown: ShowSteps
     models: CompiledModels | None
     tolerance: float
+    noted: Callable[[str], None]
 
     def run(self, first: list[Any], steps: DecisionSteps) -> Diagnosis:
         """Diagnoses and experiments until the loop ends."""
@@ -196,7 +200,7 @@ class DecisionLoop:
         """Diagnosis of all records."""
         return diagnose(
             self.machine, records, effects=self.effects, mapping=self.mapping, models=self.models,
-            tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED,
+            tolerance=self.tolerance, progress=self.progress, resume=self.folder / UNFINISHED, noted=self.noted,
         )  # fmt: skip
 
     def _next_plan(self, found: Diagnosis) -> ExperimentPlan:

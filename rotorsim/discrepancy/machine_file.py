@@ -94,8 +94,8 @@ class IdentifiedEffect:
         """Parameter, value and standard deviation in display units; no standard deviation where it was held."""
         units = {name: known.unit for name, known in quantities(REGISTRY[self.effect]).items()}
         for name, value in self.parameters.items():
-            sd = _with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
-            yield name, _with_unit(value, units[name], 4), sd
+            sd = with_unit(self.sd[name], units[name], 2) if name in self.sd else ""
+            yield name, with_unit(value, units[name], 4), sd
 
 
 @dataclass(frozen=True)
@@ -349,7 +349,7 @@ class Findings:
         """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
         for key, (value, sd) in self.calibration.items():
             unit = _unit_of(key)
-            yield key, _with_unit(value, unit, 4), _with_unit(sd, unit, 2)
+            yield key, with_unit(value, unit, 4), with_unit(sd, unit, 2)
 
 
 def _unit_of(key: str) -> str:
@@ -363,8 +363,10 @@ def _unit_of(key: str) -> str:
     return known[parameter].unit if parameter in known else "1"
 
 
-def _with_unit(value: float, unit: str, digits: int) -> str:
-    """A number of SI with its unit; lengths in micrometres, angles in degrees, unbalances in g mm."""
+def with_unit(value: float, unit: str, digits: int) -> str:
+    """A number of SI with its unit; lengths in micrometres, angles in degrees, unbalances in g mm, kN/m and grams."""
+    if unit in ("N/m", "kg"):
+        return show(float(f"{value:.{digits}g}"), unit)
     known = {"m": (TO_UM, "um"), "rad": (180 / pi, "deg"), "kg*m": (1e6, "g mm"), "1": (1.0, "")}
     factor, shown = known.get(unit, (1.0, unit))
     return f"{value * factor:.{digits}g} {shown}".rstrip()

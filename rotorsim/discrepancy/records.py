@@ -439,7 +439,7 @@ def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     sizes = {round(t.amplitude, 3) for t in trials if t.amplitude > 0}
     if len(points) < FEWEST_POINTS and not swept:
         notes.append(
-            f"{len(points)} operating points: a smooth trend of the calibration is indistinguishable from a missing "
+            f"operating points: {len(points)}; a smooth trend of the calibration is indistinguishable from a missing "
             f"effect whose force grows with speed or pressure; give at least {FEWEST_POINTS}"
         )
     if len(speeds) < 2 and not swept:

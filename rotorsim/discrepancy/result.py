@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
-from itertools import combinations
+from itertools import combinations, count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -494,14 +494,22 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
     if diagnosis.status == "recalibrated":
         out += [LocatedEffect(RECALIBRATED, "found", (bearing_place(machine, i),)) for i in diagnosis.far_bearings]
     if (law := diagnosis.discovered) is not None:
-        at = {z: place_at(machine, z) for z in (*(z for _, z in law.places), law.position)}
-        out.append(LocatedEffect(" with ".join(law.kinds), "found", tuple(at.values())))
+        at = dict(law.places) or {law.place: law.position}
+        out.append(LocatedEffect(" with ".join(law.kinds), "found", _at(machine, at)))
     if diagnosis.free_force is not None:
-        at_force = [z for name, z in law_places(machine).items() if name in diagnosis.free_force.places]
-        out.append(LocatedEffect(FORCE, "force", tuple(place_at(machine, z) for z in at_force)))
+        out.append(LocatedEffect(FORCE, "force", _at(machine, diagnosis.free_force.places)))
+    elif (random := diagnosis.stochastic) is not None:
+        out.append(LocatedEffect(random.kind, "found", _at(machine, (random.place, *random.others))))
     elif diagnosis.unknown.get("lines"):
         out.append(LocatedEffect(FORCE, "force", (force_plane(machine),)))
     return tuple(one for one in out if one.places)
+
+
+def _at(machine: Machine, names: Iterable[str]) -> tuple[Place, ...]:
+    """Places of a law by their names, bearings by theirs; a name that is none has no place."""
+    known, bearings = law_places(machine), dict(zip(machine.bearings_in_words, count(), strict=False))
+    return tuple(bearing_place(machine, bearings[name]) if name in bearings else place_at(machine, known[name])
+                 for name in names if name in known)  # fmt: skip
 
 
 def _places(diagnosis: Diagnosis, key: str, effect: Effect) -> tuple[Place, ...]:

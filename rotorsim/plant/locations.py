@@ -103,7 +103,7 @@ def place_at(machine: Machine, z: float) -> Place:
 def bearing_place(machine: Machine, number: int) -> Place:
     """A bearing by its index; a gas film is as long as it is."""
     bearing = machine.bearings[number]
-    name = f"{machine.bearing_names[number]} at {_mm(bearing.position)}"
+    name = f"{machine.bearings_in_words[number]} at {_mm(bearing.position)}"
     return Place("bearing", name, *bearing.ends)
 
 

@@ -51,11 +51,13 @@ SPREAD = 2.0
 """Half width of the band of a law, in standard deviations."""
 MOST_TURNS = 4.0
 """Way of a force over a motion, in its own ranges, above which it is no function of that motion."""
-DRAWN = (
-    "dots are the records, the line is what was found. Where the force is a function of that motion a band shows two "
-    "standard deviations; else the line is its way from moment to moment, a loop where the force remembers the motion."
+OVER_MOTION = "Force at the place over its motion{by}: dots are the records, the line is what was found"
+ALONE = ", its band two standard deviations of its numbers, taken one by one. "
+WITH_MORE = (
+    " from moment to moment. The force depends on more than this motion; where it depends on the motion before, the "
+    "line is a loop. "
 )
-"""Caption of a force over a motion."""
+"""Caption of a force, and its end where the force is a function of the motion and where it is not."""
 
 
 @page_of(Diagnosis)
@@ -217,28 +219,21 @@ def _effects(d: Diagnosis) -> Block:
 
 def _law(law: DiscoveredLaw) -> Block:
     """The law that was discovered, with its numbers, and force against motion where it has a curve."""
-    units = {key: "" if unit == "1" else f" {unit}" for key, unit in law.units.items()}
-    rows = [(key, f"{value:.4g}{units[key]}", f"{sd:.2g}{units[key]}" if sd else "held")
-            for key, (value, sd) in law.terms.items()]  # fmt: skip
+    rows = [(key, value, sd or "held") for key, value, sd in law.sizes()]
     texts = [f"Its probability is {shown_share(law.probability)}; {law.refuted_by}"]
     texts += [f"These records do not exclude {', '.join(law.near)}."] if law.near else []
     texts += [f"{law.chosen.sentence}."] if law.chosen is not None else []
     figure = force_over_motion(law.curve) if law.curve else None
-    heads, text = ("number", "value", "standard deviation"), f"Force at the place over its motion: {DRAWN}"
-    return Block(
-        "The law that was discovered", text if law.curve else "", heads, rows, texts=texts, figure=figure, code=law.law
-    )
+    heads, text = ("number", "value", "standard deviation"), "" if figure is None else caption(figure)
+    return Block("The law that was discovered", text, heads, rows, texts=texts, figure=figure, code=law.law)
 
 
 def _shape(shape: ForceShape) -> Block:
     """The force of free shape where neither an effect nor a law explains the gap."""
     rows = [(name, f"{fall:.0f}") for name, fall in shape.depends.items()]
     rows += [(f"at {place} instead", f"{less:.0f}") for place, less in shape.near.items()]
-    text = (
-        f"Force at the place over its motion, by a Gaussian process: {DRAWN} It proposes where to look and of what a "
-        "force may be."
-    )
     figure = force_over_motion(shape.curve)
+    text = caption(figure, ", by a Gaussian process") + "It proposes where to look and of what a force may be."
     heads = ("quantity or place", "fall of the log. evidence without it")
     return Block("The shape of a force that would explain it", text, heads, rows, texts=[shape.sentence], figure=figure)
 
@@ -275,6 +270,11 @@ def ratios_of(inputs: Sequence[EquivalentInput]) -> go.Figure:
     return style(figure, 480)
 
 
+def caption(figure: go.Figure, by: str = "") -> str:
+    """Sentence on a figure of `force_over_motion`."""
+    return OVER_MOTION.format(by=by) + (ALONE if any(one.name == "band" for one in figure.data) else WITH_MORE)
+
+
 def turns(motion: np.ndarray, force: np.ndarray) -> float:
     """Way of a force (n, 2) over a motion (n, 2) in its own ranges: 1 where it rises with it, 2 for a valley."""
     ways = [np.abs(np.diff(f[np.argsort(x, kind="stable")])).sum() for x, f in zip(motion.T, force.T, strict=True)]
@@ -282,17 +282,17 @@ def turns(motion: np.ndarray, force: np.ndarray) -> float:
 
 
 def force_over_motion(curve: dict[str, np.ndarray]) -> go.Figure:
-    """Force (y) [N] over displacement [um] or velocity [mm/s], measured and as a law or a process has it.
+    """Force (y) [N] over displacement [µm] or velocity [mm/s], measured and as a law or a process has it.
 
     It is a line with a band over the motion of which it is a function; else its way from moment to moment, a loop.
     """
-    kinds = {"displacement [um]": curve["displacement"] * TO_UM, "velocity [mm/s]": curve["velocity"] * 1e3}
+    kinds = {"displacement [µm]": curve["displacement"] * TO_UM, "velocity [mm/s]": curve["velocity"] * 1e3}
     ways = {name: turns(motion, curve["law"]) for name, motion in kinds.items()}
     single = min(ways.values()) < MOST_TURNS
-    unit = min(ways, key=lambda name: ways[name]) if single else "displacement [um]"
+    unit = min(ways, key=lambda name: ways[name]) if single else "displacement [µm]"
     motion, figure = kinds[unit], make_subplots(1, 2, subplot_titles=("x", "y"))
     for i, axis in enumerate("xy"):
-        order = np.argsort(motion[:, i]) if single else np.arange(len(motion) + 1) % len(motion)
+        order = np.argsort(motion[:, i]) if single else np.arange(len(motion))
         dots = {"x": motion[:, i], "y": curve["measured"][:, i], "name": "measured"}
         line = {"x": motion[order, i], "y": curve["law"][order, i], "name": "model"}
         shown = {"row": 1, "col": i + 1}
@@ -388,13 +388,13 @@ COLOURS = {"nominal": "#8a949e", "re-calibrated": AXIS_COLOURS["y"], "with effec
 def flag_map(diagnosis: Diagnosis) -> go.Figure:
     """Flagged groups of lines over operating points: size of the residual over the floor."""
     flags = diagnosis.localisation
-    points = list(dict.fromkeys(f"{f.record}: {f.point}" for f in sorted(flags, key=lambda f: f.number)))
+    points = list(dict.fromkeys(in_lines(f"{f.record}: {f.point}") for f in sorted(flags, key=lambda f: f.number)))
     groups = list(dict.fromkeys(f"{f.group}, {f.channel}" for f in sorted(flags, key=lambda f: (f.group, f.channel))))
     z = np.full((len(points), len(groups)), np.nan)
     texts = [[""] * len(groups) for _ in points]
     for f in flags:
-        texts[points.index(f"{f.record}: {f.point}")][groups.index(f"{f.group}, {f.channel}")] = f.place
-        z[points.index(f"{f.record}: {f.point}"), groups.index(f"{f.group}, {f.channel}")] = f.rms / f.floor
+        row, column = points.index(in_lines(f"{f.record}: {f.point}")), groups.index(f"{f.group}, {f.channel}")
+        texts[row][column], z[row, column] = f.place, f.rms / f.floor
     figure = go.Figure(
         go.Heatmap(
             z=compact(z), x=groups, y=points, colorscale=SPECTRUM_SCALE, zmin=0,
@@ -417,7 +417,8 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
     names: list[str] = []
     for i in order:  # records that repeat a point, and planes of one record, by the record's name
         name = points[i] if points.count(points[i]) == 1 else f"{points[i]}, {gap['record'].values[i]}"
-        names.append(f"{name} ({len(names) + 1})" if name in names else name)
+        name = in_lines(f"{name} ({len(names) + 1})" if in_lines(name) in names else name)
+        names.append(name)
     figure = go.Figure()
     for s, (stage, colour) in enumerate(COLOURS.items()):
         if stage == "with effect" and not diagnosis.explained:
@@ -427,7 +428,7 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
         y=names, x=compact(total[order, 3]), name="scatter", mode="markers",
         marker={"symbol": "line-ns", "size": 14, "line": {"width": 2, "color": INK}},
     )  # fmt: skip
-    figure = style(figure, 120 + 34 * len(names), barmode="group")
+    figure = style(figure, 120 + 38 * len(names), barmode="group")
     figure.update_yaxes(autorange="reversed", automargin=True)
     figure.update_xaxes(title="gap [µm rms]", rangemode="tozero")
     return figure
@@ -555,7 +556,12 @@ def _name(one: Explanation) -> str:
     alike = [" with ".join(keys) for keys in one.alike]
     texts = [one.name, *(f"or {name}" for name in alike[:ALIKE])]
     texts += [f"or {len(alike) - ALIKE} more"] if len(alike) > ALIKE else []
-    return "<br>".join(line for text in texts for line in wrap(text, LINE, break_on_hyphens=False))
+    return "<br>".join(map(in_lines, texts))
+
+
+def in_lines(text: str) -> str:
+    """Text in lines of at most `LINE` characters."""
+    return "<br>".join(wrap(text, LINE, break_on_hyphens=False))
 
 
 def stages_of(diagnosis: Diagnosis) -> dict[str, str]:

@@ -15,7 +15,18 @@ from rotorsim.discrepancy.calibration import SHEAR, CompiledModels, FitParameter
 from rotorsim.discrepancy.candidates import Form
 from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
-from rotorsim.discrepancy.diagnosis import AS_NEAR, NO_PEACE, TOO_UNSTEADY, DiagnosisRun, trials_of
+from rotorsim.discrepancy.diagnosis import (
+    AS_NEAR,
+    LITTLE,
+    NO_LAW,
+    NO_MEMORY,
+    NO_PEACE,
+    NOT_BORNE_OUT,
+    TOO_UNSTEADY,
+    DiagnosisRun,
+    refused,
+    trials_of,
+)
 from rotorsim.discrepancy.discovery import (
     NOT_IDENTIFIABLE,
     NOT_PERIODIC,
@@ -1053,7 +1064,7 @@ def test_the_nearest_rival_of_a_law_converges_and_another_one_if_it_may_come_nea
 @pytest.mark.parametrize(("diameter", "fitted"), [("20 mm", True), ("300 mm", False)])
 def test_the_shear_of_a_thick_shaft_is_not_fitted(diameter, fitted, monkeypatch):
     machine = Machine.from_text(load_machine("plain_rotor").text.replace("20 mm", diameter))
-    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.finished", lambda comparison, fit, central, wanted: fit)
+    monkeypatch.setattr("rotorsim.discrepancy.diagnosis.finished", lambda comparison, fit, *_, **more: fit)
     fit = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), 0.0)
     found = DiagnosisRun(machine, None, {"fit": None}, (), [], 0.0, print)._with_shear(fit)
     assert (SHEAR in found.parameters) == fitted
@@ -1427,6 +1438,14 @@ def test_several_terms_give_way_to_a_memory_that_leaves_less_of_the_held_out_gap
     assert (DiagnosisRun._or_with_memory(run, found) is spring) == memory
     refused = DiagnosisRun._or_with_memory(SimpleNamespace(_with_memory=lambda *given: "nor one that slips"), found)
     assert refused is found if kinds else refused == "none is borne out; nor one that slips"
+
+
+@pytest.mark.parametrize(("gone", "share", "reason"), [(0.876, "87 %", LITTLE), (0.96, "96 %", NOT_BORNE_OUT),
+                                                       (-0.2, "0 %", LITTLE)])  # fmt: skip
+@pytest.mark.parametrize("sentence", [NO_LAW, NO_MEMORY])
+def test_a_law_that_is_not_given_is_named_with_what_it_takes_and_why(gone, share, reason, sentence):
+    text = refused("cubic of disc 1", gone, sentence)
+    assert "cubic of disc 1" in text and f"takes {share}" in text and text.endswith(reason)
 
 
 @pytest.mark.slow

@@ -286,12 +286,12 @@ def record_of_the_rig(**channels):
 
 
 def test_records_without_references_of_a_machine_with_pins_are_noted_before_anything_is_computed():
-    def first(stage, most=0):
-        raise ValueError(stage)
+    def first(note):
+        raise ValueError(note)
 
-    with pytest.raises(ValueError) as noted:
-        diagnose("dtu_gas_bearing", [record_of_the_rig()], progress=first)
-    assert str(noted.value) == NO_REFERENCE.format("every record")
+    with pytest.raises(ValueError) as found:
+        diagnose("dtu_gas_bearing", [record_of_the_rig()], progress=first, noted=first)
+    assert str(found.value) == NO_REFERENCE.format("every record")
 
 
 def test_references_that_are_recorded_or_that_no_pin_follows_need_no_note():

@@ -105,9 +105,3 @@ def test_the_numbers_of_stages_rise_and_begin_anew_with_the_next_diagnosis_of_a_
     assert numbers == [own[name] for name in shown]
     # the limit of the earlier stage is not that of the one in which its step counts
     assert f"{STAGES['name']} (6 of {len(STAGES)}): step 2, " in capsys.readouterr().err
-
-
-def test_a_sentence_on_the_records_is_printed_as_it_is(capsys):
-    stages = Stages()
-    stages.show("every record: without references")
-    assert capsys.readouterr().err == "note: every record: without references\n" and not stages.stage

@@ -9,12 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identification import make_record
 from rotorsim.base.errors import DataError
+from rotorsim.base.hdf5 import write_netcdf
+from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.commands.diagnosis import show, unfinished
 from rotorsim.discrepancy.calibration import GRID
 from rotorsim.discrepancy.candidates import candidates
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import draw, record_of, write
+from rotorsim.discrepancy.trial import SETTLING, SHORTEST_PERIOD
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.machine import load_machine
 from tests.support.small_diagnosis import small_diagnosis
@@ -46,6 +50,16 @@ def test_a_table_of_few_speeds_is_a_sentence(run, tmp_path):
     (tmp_path / "map.toml").write_text(MAPPING)
     code, _, err = run("diagnose", "plain_rotor", table, "--mapping", tmp_path / "map.toml")
     assert code == 2 and "5 speeds are too few" in err
+
+
+def test_records_that_are_too_short_are_refused_before_anything_is_computed_or_written(run, tmp_path):
+    samples = round(0.99 * (SETTLING + SHORTEST_PERIOD) / RIG_SAMPLE)
+    known = {"disc_measured": np.zeros((samples, 2)), "speed": np.full(samples, 200.0)}
+    record = make_record(np.arange(samples) * RIG_SAMPLE, known, {"record": "brief", "role": "fit"})
+    write_netcdf(tmp_path / "brief.nc", record)
+    code, out, err = run("diagnose", "plain_rotor", tmp_path / "brief.nc", "--out", tmp_path / "found")
+    assert (code, out, err.count("\n")) == (2, "", 1) and err.startswith("brief: lasts ")
+    assert f"at least {SETTLING + SHORTEST_PERIOD} s" in err and not (tmp_path / "found").exists()
 
 
 MAPPING = """[speed]
@@ -213,3 +227,12 @@ def test_numbers_of_a_calibration_without_a_verdict_are_shown_as_not_trusted(cap
     found = small_diagnosis(status=status, effects=[], calibration={"bearing.0.kx": (0.3, 0.01)})
     show(found, {}, False)
     assert ("not trusted: stiffness kxx" in capsys.readouterr().out) == shown
+
+
+@pytest.mark.parametrize("status", ["unknown", "named", "partial"])
+def test_what_is_known_and_the_next_step_stand_before_the_details(capsys, status):
+    show(small_diagnosis(status=status, calibration={"bearing.1.kx": (-0.5, 0.01)}), {}, False)
+    headline, *lines = capsys.readouterr().out.splitlines()
+    [following] = [k for k, line in enumerate(lines) if line.startswith("  next: ")]
+    details = [k for k, line in enumerate(lines) if "probability" in line or "over a floor" in line or "note:" in line]
+    assert headline.startswith(status.title()) and details and following < min(details)
