@@ -873,7 +873,7 @@ def with_rival(
     odds: Sequence[Explanation], laws: Sequence[Hypothesis], rival: Hypothesis | None,
     behind: Callable[[Hypothesis], float],
 ) -> tuple[Explanation, ...]:  # fmt: skip
-    """Odds of laws in which the best effects of the catalogue stand too, by how far a law's total is `behind` theirs."""
+    """Odds of laws in which the best effects of the catalogue stand too, by how far a law is `behind` their total."""
     known = [law for law in laws if probability_of(law.keys, odds) > 0]
     if rival is None or not known:
         return tuple(odds)

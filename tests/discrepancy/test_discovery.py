@@ -413,7 +413,8 @@ def test_the_best_effect_of_the_catalogue_stands_in_the_odds_and_a_coefficient_h
         forms = (SimpleNamespace(parameters=(0,) * count),)
         return SimpleNamespace(keys=(key,), forms=forms, fit=SimpleNamespace(cost=cost))
 
-    found = with_rival(odds_of(law=1.0), [one("law", 100.0, 2)], one("bow", cost, 2 + more), priced)
+    rival = one("bow", cost, 2 + more)
+    found = with_rival(odds_of(law=1.0), [one("law", 100.0, 2)], rival, lambda law: priced(law) - priced(rival))
     shares = {e.name: e.probability for e in found}
     assert shares["bow"] == pytest.approx(p, rel=1e-6) and sum(shares.values()) == pytest.approx(1.0)
 
