@@ -907,5 +907,4 @@ def form_of(proposal: ProposedLaw, places: Mapping[str, float], name: str) -> Fo
     shapes = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
                    for one in proposal.terms for key, value in one.searched)  # fmt: skip
     fixed = {f"{effect}.0.position": places[place] for place, effect in own.items()}
-    slips = any(one.term.slips for one in proposal.terms)
-    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes, shaped=slips)
+    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes, shaped=bool(shapes))
