@@ -106,6 +106,7 @@ from rotorsim.discrepancy.hidden_mass import (
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error
 from rotorsim.discrepancy.judge import (
     HARMONICS,
+    LIKELY,
     AllEvidence,
     Judgement,
     accuracy_notes,
@@ -732,8 +733,8 @@ class DiagnosisRun:
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
         None for one that no group shows and that may be an error of the model's form, which never has a resonance of
-        its own, also where that explains half of this more than the effects' best. None is fitted where more than a law
-        may leave does not repeat from period to period.
+        its own, also where that is less clear but more likely than the effects' best. None is fitted where more than a
+        law may leave does not repeat from period to period.
 
         Its sum of squares, with the price of its coefficients, has to be clearly below that of the calibration and that
         of the best effects of the catalogue, its `rivals`; the sentence is empty where no law's is. Each law's has to
@@ -751,9 +752,9 @@ class DiagnosisRun:
         # an effect that explains nearly all may leave a share of its own response by its form
         of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (base.cost - known)
         if known - law.priced < max(CLEAR, of_form):
-            # a name that no group shows is not given where a constant force, which it is not, explains more than it
+            # a name that no group shows is not given where a constant force, which it is not, is more likely
             faint = rival is not None and not flags and self.machine.film is None
-            return None if faint and law.constant and known - law.priced > CLEAR / 2 else ""
+            return None if faint and law.constant and law.probability(known) > LIKELY else ""
         # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
         more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0
         if self._as_error_of_form(law, flags, seen["fit"], base, law.cost - more):

@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import orth
 from scipy.optimize import fmin
+from scipy.special import expit
 
 from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
@@ -54,7 +55,7 @@ from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import Explanation, probability_of, with_other
+from rotorsim.discrepancy.verdict import TEMPERATURE, Explanation, probability_of, with_other
 from rotorsim.effects import REGISTRY
 
 MOST_TERMS = 3
@@ -171,6 +172,10 @@ class ProposedLaw:
     def score(self) -> float:
         """Priced sum of squares over records to fit and held-out ones, with the credit of equal coefficients."""
         return self.priced + self.held - EQUAL * sum(one.one for one in self.terms)
+
+    def probability(self, known: float) -> float:
+        """Probability next to the least sum of squares that is `known` without it, after its choice among all tried."""
+        return float(expit((known - self.priced) / (2 * TEMPERATURE) - math.log(self.tried)))
 
     def columns(self, seen: ObservedPlaces) -> np.ndarray:
         """Whitened responses (n, k) to its coefficients."""

@@ -117,7 +117,7 @@ class Trial:
     """Frequency [Hz] and amplitude [m] of the hum of the mains that an order or an excited line hides."""
     settled: bool = False
     """Whether the response to a force that repeats from the first sample does so too: the record begins in motion."""
-    onset: float = 0.0
+    onset: float | None = None
     """Change [m] of the excited lines from the first block to the last, of a record that begins at rest by itself."""
     changes: Mapping[str, float] = field(default_factory=dict)
     """Changes on purpose for this record: sums by key of `calibration`."""
@@ -356,10 +356,10 @@ def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str
     excited = _excited(rows, start, length, blocks, count)
     quiet = excited & _apart(broken, speed, length, count)
     forced = repeating and _forced(rows, length)
-    onset = _onset(without_orders(displacement, speed, broken), length, quiet) if forced else 0.0
+    onset = _onset(without_orders(displacement, speed, broken), length, quiet) if forced else None
     return Trial(
         name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, excited,
-        periodic=repeating and not len(broken), repeating=repeating, settled=forced and not onset, onset=onset,
+        periodic=repeating and not len(broken), repeating=repeating, settled=forced and onset is None, onset=onset,
     )  # fmt: skip
 
 
@@ -413,13 +413,13 @@ def _forced(rows: np.ndarray, length: int) -> bool:
     return bool(np.abs(force[length:] - force[:length]).max() <= 1e-6 * np.abs(force).max())
 
 
-def _onset(displacement: np.ndarray, length: int, excited: np.ndarray) -> float:
-    """Change [m] of the excited lines from the first block to the last; 0 where it is that of a motion that repeats."""
+def _onset(displacement: np.ndarray, length: int, excited: np.ndarray) -> float | None:
+    """Change [m] of the excited lines from the first block to the last; None for that of a motion that repeats."""
     blocks = len(displacement) // length
     lines = block_lines(displacement, len(displacement) % length, length, blocks, len(excited))[:, :, excited]
     change, size = (float(np.linalg.norm(one)) for one in (lines[0] - lines[-1], lines[-1]))
     # a motion that fades slowly changes among the first blocks too, what does not repeat among all of them
-    return 0.0 if change < max(UNSETTLED * size, ONSET * _apart_at_most(lines[blocks // 2 :])) else change
+    return None if change < max(UNSETTLED * size, ONSET * _apart_at_most(lines[blocks // 2 :])) else change
 
 
 def _apart_at_most(lines: np.ndarray) -> float:
@@ -436,7 +436,7 @@ def with_repeats(trial: Trial, repeats: Sequence[Trial]) -> Trial:
         return trial
     later = len(trial.rows) // trial.length - len(trial.rows) // trial.length // 2
     lines = np.concatenate([t.spectra[-later:][:, :, trial.excited] for t in repeats])
-    return replace(trial, settled=True, onset=0.0) if trial.onset < ONSET * _apart_at_most(lines) else trial
+    return replace(trial, settled=True, onset=None) if trial.onset < ONSET * _apart_at_most(lines) else trial
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:
