@@ -55,7 +55,7 @@ from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import TEMPERATURE, Explanation, probability_of, with_other
+from rotorsim.discrepancy.verdict import SURE, TEMPERATURE, Explanation, probability_of, with_other
 from rotorsim.effects import REGISTRY
 
 MOST_TERMS = 3
@@ -597,6 +597,8 @@ class DiscoveredLaw:
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places and further terms that these records do not exclude."""
+    tied: tuple[str, ...] = ()
+    """Other places of the same terms, where its own has less than 95 % next to them."""
     places: tuple[tuple[str, float], ...] = ()
     """Place and its coordinate [m] of each of `kinds`; those of the law for none."""
     growth: float = 0.0
@@ -622,8 +624,10 @@ class DiscoveredLaw:
         at = [place for place, _ in self.places] or [self.place] * len(self.kinds)
         where = {place: [k for k, own in zip(self.kinds, at, strict=True) if own == place] for place in at}
         parts = " and ".join(f"{' with '.join(own)} at {place}" for place, own in where.items())
-        others = f" (these records do not exclude {'; '.join(self.near)})" if self.near else ""
-        return f"{parts}{others}, {sizes}"
+        tied = f" or {' or '.join(self.tied)}, which these records do not tell apart" if self.tied else ""
+        near = [name for name in self.near if not name.endswith(tuple(f" of {place}" for place in self.tied))]
+        others = f" (these records do not exclude {'; '.join(near)})" if near else ""
+        return f"{parts}{tied}{others}, {sizes}"
 
     @property
     def refuted_by(self) -> str:
@@ -639,7 +643,7 @@ class DiscoveredLaw:
             "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
             "places": [list(one) for one in self.places],
             "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
-            "not_excluded": list(self.near),
+            "not_excluded": list(self.near), "tied": list(self.tied),
             **({"bearing": self.bearing} if self.bearing else {}),
             **({} if self.chosen is None else {"stability": asdict(self.chosen)}),
         }  # fmt: skip
@@ -707,8 +711,9 @@ def discovered(
         growth = growth or float(np.linalg.norm(force_of(part, twice)) / np.linalg.norm(force_of(part, largest)))
     return DiscoveredLaw(
         name, first, at[first], text.split('"""')[1], terms, units_of(proposal), proposal.forms, text,
-        str(path), probability, tuple(near), tuple((place, at[place]) for place in _places_of(proposal)), growth,
-        sum(powers), force_curve(seen, first, left, along), chosen,
+        str(path), probability, tuple(near), () if probability >= SURE else tied(proposal, near),
+        tuple((place, at[place]) for place in _places_of(proposal)), growth, sum(powers),
+        force_curve(seen, first, left, along), chosen,
     )  # fmt: skip
 
 
@@ -717,6 +722,13 @@ def not_excluded(law: ProposedLaw, laws: Sequence[ProposedLaw], names: Sequence[
     more = {one.names: FURTHER.format(" with ".join(term for term in one.forms if term not in law.forms))
             for one in laws if one.holds(law)}  # fmt: skip
     return [more.get(name, name) for name in names]
+
+
+def tied(law: ProposedLaw, near: Sequence[str]) -> tuple[str, ...]:
+    """Places at which laws that are not excluded have all terms of a law at one place."""
+    own = law.names.removesuffix(law.place)
+    found = [name.removeprefix(own) for name in near if name.startswith(own)]
+    return tuple(place for place in found if " with " not in place) if len(law.places) == 1 else ()
 
 
 def _places_of(law: ProposedLaw) -> tuple[str, ...]:

@@ -40,6 +40,7 @@ from rotorsim.discrepancy.discovery import (
     propose,
     solved,
     spread_of,
+    tied,
     with_rival,
     written,
 )
@@ -87,6 +88,7 @@ from studies.benchmarks.foreign_laws import (
     HiddenLaw,
     LawCase,
     drawn,
+    judged_law,
     machine_of_laws,
     place_of,
     records,
@@ -1137,6 +1139,23 @@ def test_a_law_with_a_further_term_that_may_be_is_not_excluded(monkeypatch):
     assert found == ("cubic of disc 0", ["a further term (drag)", "dry of disc 1"])
 
 
+def test_a_tie_of_places_is_stated_with_the_place_and_other_laws_are_not_excluded_next_to_it():
+    """Only places of all terms of a law at one place are tied; a benchmark counts them by themselves."""
+    near = ["cubic of disc 1", "cubic of the bearing left", "cubic with drag of disc 0", "dry of disc 0",
+            "cubic of disc 1 with dry of disc 0"]  # fmt: skip
+    assert tied(law_of("cubic"), near) == ("disc 1", "the bearing left")
+    two = replace(law_of("cubic", "drag"), terms=(LawTerm(TERMS["cubic"]), LawTerm(TERMS["drag"], place="disc 1")))
+    assert tied(two, ["cubic of disc 1 with drag of disc 1"]) == ()
+    law = DiscoveredLaw("", "disc 0", 0.1, "", {"cubic": (2.0, 0.1)}, {"cubic": "N/m^3"}, ("cubic",), "", "", 0.6,
+                        ("cubic of disc 1", "dry of disc 0"), ("disc 1",))  # fmt: skip
+    assert law.sentence.startswith("cubic at disc 0 or disc 1, ") and "cubic of disc 1" not in law.sentence
+    assert "dry of disc 0" in law.sentence and law.as_dict()["tied"] == ["disc 1"]
+    case = LawCase(next(one for one in LAWS if one.name == "cubic"), "disc 1", 2.0, TwoDiscRig((), ()), 1)
+    found = [judged_law(case, own) for own in (law, replace(law, place="disc 1", tied=()), replace(law, tied=()))]
+    assert [(one["outcome"], one["place"]) for one in found] == [
+        ("right, places tied", False), ("right", True), ("WRONG place", False)]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("after", "place", "size"),
     [
@@ -1169,6 +1188,7 @@ def test_of_laws_with_a_memory_the_best_one_counts_with_its_calibration_moved_or
     monkeypatch.setattr(f"{room}.rms", lambda part, left: np.zeros((1, 2)))
     found = run._of_memory(base, [], laws, 1e3, [])
     assert (found.status, found.discovered.place) == ("discovered", place) and len(found.discovered.near) == 1
+    assert set(found.discovered.tied) == {*at} - {place}
     assert found.calibration == {"shaft_stiffness": pytest.approx((size, 1.0))}
     assert not found.gap["gap"].values[:, :, 2].any() and found.gap["gap"].values[:, :, 1].all()
 
