@@ -669,9 +669,12 @@ class DiagnosisRun:
         notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
         if open_still:
             return None
-        nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
+        elsewhere = [ObservedPlaces.of(part, base, part.residual(base.point), np.zeros((len(part.measured), 0)))
+                     for role, part in self.parts.items() if role != "fit"]  # fmt: skip
+        left = sum(len(other.repeating_in(one)) for one in elsewhere)
+        nothing = Judgement(SearchVerdict("unknown"), judgement.odds, (), left, judgement.worse)
         self.unexplained_places = None
-        given = self._result(base, flags, nothing, None, notes)
+        given = self._result(base, flags, nothing, None, [note for note in notes if note not in judgement.notes])
         return replace(given, status="stochastic", stochastic=other.found[0])
 
     def _law_promises(self, base: ParameterFit, rivals: Sequence[Hypothesis]) -> bool:
