@@ -1450,6 +1450,21 @@ def test_a_spring_behind_dry_friction_is_discovered(reach, rel, monkeypatch):
     assert "keep" in found.discovered.source and found.discovered.power < 0
 
 
+@pytest.mark.parametrize(("name", "better", "known"), [
+    ("hidden mass", 90.0, False), ("hidden mass", 110.0, True), ("delayed stiffness", 190.0, False),
+    ("delayed stiffness", 210.0, True), ("cubic", 1e4, False),
+])  # fmt: skip
+def test_a_resonance_is_clear_where_any_effect_is_and_a_late_force_from_twice_as_much_on(
+    name, better, known, monkeypatch
+):
+    """Stiffness, damping and mass at any place make up for a delay, and for no resonance."""
+    costs = {"disc 0": 5e3, "disc 1": 1e3}
+    monkeypatch.setattr("rotorsim.discrepancy.discovery.solved",
+                        lambda fit, held, base, place, terms: SimpleNamespace(cost=costs[place]))  # fmt: skip
+    law = replace(law_of(name), cost=1e3 - better)
+    assert beyond_steady(law, SimpleNamespace(motions=costs), None) == known
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "known"), [("absorber", True), ("delayed", False)])
 def test_a_hidden_mass_that_no_group_shows_is_known_by_its_resonance(name, known):
