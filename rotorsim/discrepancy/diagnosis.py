@@ -106,6 +106,7 @@ from rotorsim.discrepancy.hidden_mass import (
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH, TIE, EffectSearch, Hypothesis, beyond_form_error, share_gone
 from rotorsim.discrepancy.judge import (
     HARMONICS,
+    LIKELY,
     AllEvidence,
     Judgement,
     accuracy_notes,
@@ -706,9 +707,12 @@ class DiagnosisRun:
         notes += [NOT_REPEATED.format(one.sentence) for one in other.found[0 if open_still else 1 :]]
         if open_still:
             return None
-        nothing = Judgement(SearchVerdict("unknown"), judgement.odds, judgement.notes, judgement.left, judgement.worse)
+        elsewhere = [ObservedPlaces.of(part, base, part.residual(base.point), np.zeros((len(part.measured), 0)))
+                     for role, part in self.parts.items() if role != "fit"]  # fmt: skip
+        left = sum(len(other.repeating_in(one)) for one in elsewhere)
+        nothing = Judgement(SearchVerdict("unknown"), judgement.odds, (), left, judgement.worse)
         self.unexplained_places = None
-        given = self._result(base, flags, nothing, None, notes)
+        given = self._result(base, flags, nothing, None, [note for note in notes if note not in judgement.notes])
         return replace(given, status="stochastic", stochastic=other.found[0])
 
     def _law_promises(self, base: ParameterFit, rivals: Sequence[Hypothesis]) -> bool:
@@ -788,8 +792,8 @@ class DiagnosisRun:
         """Diagnosis with a law that is fitted and judged as any candidate; a sentence on one that is not borne out.
 
         None for one that no group shows and that may be an error of the model's form, which never has a resonance of
-        its own, also where that explains half of this more than the effects' best. None is fitted where more than a law
-        may leave does not repeat from period to period.
+        its own, also where that is less clear but more likely than the effects' best. None is fitted where more than a
+        law may leave does not repeat from period to period.
 
         Its sum of squares over records to fit and held-out ones, with the price of its coefficients, has to be clearly
         below that of the calibration and that of the best effects of the catalogue, its `rivals`, be they on the shaft
@@ -808,9 +812,9 @@ class DiagnosisRun:
         # an effect that explains nearly all may leave a share of its own response by its form
         of_form = 0.0 if rival is None or rival.gone < ENOUGH else TIE * (bare - known)
         if known - law.total < max(CLEAR, of_form):
-            # a name that no group shows is not given where a constant force, which it is not, explains more than it
+            # a name that no group shows is not given where a constant force, which it is not, is more likely
             faint = rival is not None and not flags and self.machine.film is None
-            return None if faint and law.constant and known - law.total > CLEAR / 2 else ""
+            return None if faint and law.constant and law.probability(known) > LIKELY else ""
         # next to a film the plant may bear out more than the linear model does; it runs no law with a memory
         more = BY_PLANT if self.machine.film is not None and not law.remembers else 0.0
         if self._as_error_of_form(law, flags, seen["fit"], base, law.cost - more):

@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import orth
 from scipy.optimize import fmin
+from scipy.special import expit
 
 from rotorsim.base.cache import in_cache
 from rotorsim.base.files import write_text
@@ -56,7 +57,7 @@ from rotorsim.discrepancy.machine_file import IdentifiedEffect, with_unit
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, forms_of, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
-from rotorsim.discrepancy.verdict import Explanation, probability_of, with_other
+from rotorsim.discrepancy.verdict import SURE, TEMPERATURE, Explanation, probability_of, with_other
 from rotorsim.effects import REGISTRY
 from rotorsim.effects.base import BETWEEN, HOUSING
 from rotorsim.machine import Machine
@@ -99,10 +100,11 @@ EQUAL = 6.0
 """Credit of equal coefficients along x and y: by chance they agree as closely in one of twenty places."""
 SIMPLEX = 0.05
 """First relative change of a number of a shape."""
-OF_RESONANCE = 2 * CLEAR
-"""Fall of the sum of squares by a hidden mass or a late force, below that by all of stiffness, damping and mass, that
-makes it one."""
-BY_PLANT = 2 * OF_RESONANCE
+OF_FORM = 2 * CLEAR
+"""Fall of the sum of squares by a late force, or next to a film by any, below that by all linear forces which an error
+of the model's form may be, that makes it one. A hidden mass on linear bearings needs `CLEAR`: in records of seven late
+forces none was better than stiffness, damping and mass."""
+BY_PLANT = 2 * OF_FORM
 """Sum of squares by which a law may be better in the plant than by the linear model, whose film does not bend."""
 RIGID = 1e9
 """Resonance [rad/s] of a hidden mass that moves with its foot."""
@@ -180,6 +182,10 @@ class ProposedLaw:
     def score(self) -> float:
         """Its total, with the credit of equal coefficients."""
         return self.total - EQUAL * sum(one.one for one in self.terms)
+
+    def probability(self, known: float) -> float:
+        """Probability next to the least total that is `known` without it, after its choice among all tried."""
+        return float(expit((known - self.total) / (2 * TEMPERATURE) - math.log(self.tried)))
 
     def columns(self, seen: ObservedPlaces) -> np.ndarray:
         """Whitened responses (n, k) to its coefficients."""
@@ -618,6 +624,8 @@ class DiscoveredLaw:
     probability: float
     near: tuple[str, ...] = ()
     """Laws at other places and further terms that these records do not exclude."""
+    tied: tuple[str, ...] = ()
+    """Other places of the same terms, where its own has less than 95 % next to them."""
     places: tuple[tuple[str, float], ...] = ()
     """Place and its coordinate [m] of each of `kinds`; those of the law for none."""
     growth: float = 0.0
@@ -644,8 +652,10 @@ class DiscoveredLaw:
         at = [place for place, _ in self.places] or [self.place] * len(self.kinds)
         where = {place: [k for k, own in zip(self.kinds, at, strict=True) if own == place] for place in at}
         parts = " and ".join(f"{' with '.join(own)} at {place}" for place, own in where.items())
-        others = f" (these records do not exclude {'; '.join(self.near)})" if self.near else ""
-        return f"{parts}{others}, {sizes}"
+        tied = f" or {' or '.join(self.tied)}, which these records do not tell apart" if self.tied else ""
+        near = [name for name in self.near if not name.endswith(tuple(f" of {place}" for place in self.tied))]
+        others = f" (these records do not exclude {'; '.join(near)})" if near else ""
+        return f"{parts}{tied}{others}, {sizes}"
 
     @property
     def refuted_by(self) -> str:
@@ -661,7 +671,7 @@ class DiscoveredLaw:
             "place": self.place, "position": self.position, "kinds": list(self.kinds), "law": self.law,
             "places": [list(one) for one in self.places],
             "terms": sizes, "power": self.power, "refuted_by": self.refuted_by, "probability": self.probability,
-            "not_excluded": list(self.near),
+            "not_excluded": list(self.near), "tied": list(self.tied),
             **({"bearing": self.bearing} if self.bearing else {}),
             **({} if self.chosen is None else {"stability": asdict(self.chosen)}),
         }  # fmt: skip
@@ -729,8 +739,9 @@ def discovered(
         growth = growth or float(np.linalg.norm(force_of(part, twice)) / np.linalg.norm(force_of(part, largest)))
     return DiscoveredLaw(
         name, first, at[first], text.split('"""')[1], terms, units_of(proposal), proposal.forms, text,
-        str(path), probability, tuple(near), tuple((place, at[place]) for place in _places_of(proposal)), growth,
-        sum(powers), force_curve(seen, first, left, along), chosen,
+        str(path), probability, tuple(near), () if probability >= SURE else tied(proposal, near),
+        tuple((place, at[place]) for place in _places_of(proposal)), growth, sum(powers),
+        force_curve(seen, first, left, along), chosen,
     )  # fmt: skip
 
 
@@ -739,6 +750,13 @@ def not_excluded(law: ProposedLaw, laws: Sequence[ProposedLaw], names: Sequence[
     more = {one.names: FURTHER.format(" with ".join(term for term in one.forms if term not in law.forms))
             for one in laws if one.holds(law)}  # fmt: skip
     return [more.get(name, name) for name in names]
+
+
+def tied(law: ProposedLaw, near: Sequence[str]) -> tuple[str, ...]:
+    """Places at which laws that are not excluded have all terms of a law at one place."""
+    own = law.names.removesuffix(law.place)
+    found = [name.removeprefix(own) for name in near if name.startswith(own)]
+    return tuple(place for place in found if " with " not in place) if len(law.places) == 1 else ()
 
 
 def _places_of(law: ProposedLaw) -> tuple[str, ...]:
@@ -811,7 +829,8 @@ def beyond_steady(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit) ->
     """Whether a hidden mass or a late force explains clearly more than stiffness, damping and mass do at any place."""
     if not any(one.term.memory is not None for one in law.terms):
         return False
-    return min(solved(seen, None, base, place, STEADY).cost for place in seen.motions) - law.cost > OF_RESONANCE
+    least = OF_FORM if law.late else CLEAR
+    return min(solved(seen, None, base, place, STEADY).cost for place in seen.motions) - law.cost > least
 
 
 def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost: float) -> bool:
@@ -823,7 +842,7 @@ def beyond_film(law: ProposedLaw, seen: ObservedPlaces, base: ParameterFit, cost
     changing = [LawTerm(term) for term in LIBRARY if term.linear and not (term.constant or term.memory)]
     forces = [*STEADY, *changing, *(LawTerm(term) for term in ORDER_FORCES)]
     least = [_left_by_films(seen, base), *(solved(seen, None, base, place, forces).cost for place in seen.motions)]
-    return not law.late and min(least) - cost > OF_RESONANCE
+    return not law.late and min(least) - cost > OF_FORM
 
 
 def _left_by_films(seen: ObservedPlaces, base: ParameterFit) -> float:
@@ -932,5 +951,4 @@ def form_of(proposal: ProposedLaw, places: Mapping[str, float], name: str) -> Fo
     shapes = tuple(FitParameter(f"{owners[key]}.0.{key}", SHARE * value, low=-0.9 * value, high=value)
                    for one in proposal.terms for key, value in one.searched)  # fmt: skip
     fixed = {f"{effect}.0.position": places[place] for place, effect in own.items()}
-    slips = any(one.term.slips for one in proposal.terms)
-    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes, shaped=slips)
+    return Form(own[proposal.places[0]], proposal.names, parameters, fixed, shapes, shaped=bool(shapes))

@@ -24,14 +24,14 @@ import tomlkit
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
 from rotorsim.discrepancy.comparison import TwinComparison, excess, table
-from rotorsim.discrepancy.discovery import DiscoveredLaw, ProposedLaw, units_of
+from rotorsim.discrepancy.discovery import DiscoveredLaw, ProposedLaw, tied, units_of
 from rotorsim.discrepancy.fit import MOST_ROUNDS, ParameterFit, fit_parameters
 from rotorsim.discrepancy.hypotheses import CLEAR, ENOUGH
 from rotorsim.discrepancy.judge import LEAST_GONE, MANY, beyond_floor, untouched_gone
 from rotorsim.discrepancy.law_terms import ObservedPlaces, law_places
 from rotorsim.discrepancy.machine_file import SAME_PLACE, short
 from rotorsim.discrepancy.stability import Stability
-from rotorsim.discrepancy.verdict import TEMPERATURE, TIE_LEAST
+from rotorsim.discrepancy.verdict import TIE_LEAST
 from rotorsim.machine import Machine
 
 UNHELD = 1e-6
@@ -232,12 +232,11 @@ def law_with_memory(
     sd = first.sd(V)
     pairs = [*zip((key for one in law.terms for key in one.parameters), law.coefficients.tolist(), strict=True),
              *(number for one in law.terms for number in one.shape)]  # fmt: skip
-    gain = (known - law.total) / (2 * TEMPERATURE) - math.log(law.tried)
+    near = tuple(one.names for one in laws if one is not law and one.score < law.score + TIE_LEAST)
     text = f"{' with '.join(kinds)} at {law.place}; it has a memory; by the linear model alone: not compiled"
     return DiscoveredLaw(
         "", law.place, position, text if mass is None else mass.law,
         {key: (value, sd.get(key, 0.0)) for key, value in pairs}, units_of(law), kinds, "", "",
-        1 / (1 + math.exp(-min(gain, 500.0))),
-        tuple(one.names for one in laws if one is not law and one.score < law.score + TIE_LEAST), chosen=chosen,
-        bearing={} if mass is None else mass.table,
+        law.probability(known),
+        near, tied(law, near), chosen=chosen, bearing={} if mass is None else mass.table,
     )  # fmt: skip

@@ -28,7 +28,7 @@ from rotorsim.base.units import RIG_SAMPLE, TO_RPM
 from rotorsim.discrepancy.calibration import ParameterPoint
 from rotorsim.discrepancy.changes import PLANE, RING, RING_KEY, known_changes, ring_angle, ring_axes
 from rotorsim.discrepancy.comparison import TwinComparison
-from rotorsim.discrepancy.data_vector import EXCITED
+from rotorsim.discrepancy.data_vector import EXCITED, repeats
 from rotorsim.discrepancy.trial import (
     LARGEST_OFFSET,
     TURNING,
@@ -38,6 +38,7 @@ from rotorsim.discrepancy.trial import (
     only_probe,
     stated,
     trial_of,
+    with_repeats,
     without_drift,
 )
 from rotorsim.machine import Machine
@@ -315,6 +316,7 @@ def make_trials(machine: Machine, records: Sequence[tuple[str, xr.Dataset]], rol
             check_ring(machine, trials[-1])
             check_pressure(machine, trials[-1])
             check_turns(trials[-1])
+    trials = [with_repeats(one, [t for t in trials if repeats(t, one)]) for one in trials]
     return sorted(trials, key=lambda t: (t.role, round(t.speed, 2), round(t.pressure, -2), t.amplitude, _digest(t)))
 
 

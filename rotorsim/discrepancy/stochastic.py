@@ -432,7 +432,10 @@ class NotRepeated:
     @cached_property
     def chance(self) -> np.ndarray:
         """Standard deviations (n,) [m] that the random force gives the means over blocks."""
-        return np.zeros(len(self.seen.residual)) if self.force is None else by_chance(self.force, self.seen)
+        return self._chance_in(self.seen)
+
+    def _chance_in(self, seen: ObservedPlaces) -> np.ndarray:
+        return np.zeros(len(seen.residual)) if self.force is None else by_chance(self.force, seen)
 
     @cached_property
     def drift(self) -> tuple[str, StochasticForce, np.ndarray] | None:
@@ -457,6 +460,10 @@ class NotRepeated:
     def repeating(self) -> list[Misfit]:
         """Groups of lines whose gap repeats, next to the force and to a drift."""
         return repeating(self.seen.comparison, self.left, self.chance)
+
+    def repeating_in(self, others: ObservedPlaces) -> list[Misfit]:
+        """Groups of lines of records that were not fitted whose gap repeats, next to the force."""
+        return repeating(others.comparison, others.residual, self._chance_in(others))
 
     @property
     def left(self) -> np.ndarray:

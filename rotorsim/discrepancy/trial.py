@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import combinations
 from math import nan
@@ -117,6 +117,8 @@ class Trial:
     """Frequency [Hz] and amplitude [m] of the hum of the mains that an order or an excited line hides."""
     settled: bool = False
     """Whether the response to a force that repeats from the first sample does so too: the record begins in motion."""
+    onset: float | None = None
+    """Change [m] of the excited lines from the first block to the last, of a record that begins at rest by itself."""
     changes: Mapping[str, float] = field(default_factory=dict)
     """Changes on purpose for this record: sums by key of `calibration`."""
     probe_angle: float | None = None
@@ -212,7 +214,7 @@ class Trial:
     @cached_property
     def inputs(self) -> str:
         """Hash of what a simulation needs, and of the window."""
-        window = repr((self.start, self.length, self.blocks, self.spectra.shape, self.orders)).encode()
+        window = repr((self.start, self.length, self.blocks, self.spectra.shape, self.orders, self.settled)).encode()
         window += repr(sorted(self.changes.items())).encode() if self.changes else b""
         window += repr(self.probe_angle).encode()
         return hashlib.sha256(np.ascontiguousarray(self.used).tobytes() + window).hexdigest()
@@ -353,10 +355,11 @@ def trial_of(rows: np.ndarray, displacement: np.ndarray, angle: float, name: str
     spectra = block_lines(on_lines(displacement, window, speed, angle, broken), *window, count)
     excited = _excited(rows, start, length, blocks, count)
     quiet = excited & _apart(broken, speed, length, count)
+    forced = repeating and _forced(rows, length)
+    onset = _onset(without_orders(displacement, speed, broken), length, quiet) if forced else None
     return Trial(
         name, "fit", rows, float(rows[0, 1]), angle, *window, spectra, excited,
-        periodic=repeating and not len(broken), repeating=repeating,
-        settled=repeating and _settled(rows, without_orders(displacement, speed, broken), length, quiet),
+        periodic=repeating and not len(broken), repeating=repeating, settled=forced and onset is None, onset=onset,
     )  # fmt: skip
 
 
@@ -402,19 +405,38 @@ def _apart(orders: np.ndarray, speed: float, length: int, count: int) -> np.ndar
     return np.asarray(np.all(np.abs(np.arange(count)[:, None] - turns) > 1.0, axis=1))
 
 
-def _settled(rows: np.ndarray, displacement: np.ndarray, length: int, excited: np.ndarray) -> bool:
-    """Whether a force that repeats from the first sample moves the shaft in the first block as in the last one."""
-    blocks = len(rows) // length
-    if blocks < 2 or not rows[:, 4:6].any():
+def _forced(rows: np.ndarray, length: int) -> bool:
+    """Whether a force repeats from the first sample on."""
+    if len(rows) < 2 * length or not rows[:, 4:6].any():
         return False
     force = rows[: 2 * length, 4:6]
-    if np.abs(force[length:] - force[:length]).max() > 1e-6 * np.abs(force).max():
-        return False
-    lines = block_lines(displacement, len(rows) - blocks * length, length, blocks, len(excited))[:, :, excited]
+    return bool(np.abs(force[length:] - force[:length]).max() <= 1e-6 * np.abs(force).max())
+
+
+def _onset(displacement: np.ndarray, length: int, excited: np.ndarray) -> float | None:
+    """Change [m] of the excited lines from the first block to the last; None for that of a motion that repeats."""
+    blocks = len(displacement) // length
+    lines = block_lines(displacement, len(displacement) % length, length, blocks, len(excited))[:, :, excited]
     change, size = (float(np.linalg.norm(one)) for one in (lines[0] - lines[-1], lines[-1]))
     # a motion that fades slowly changes among the first blocks too, what does not repeat among all of them
-    later = max((float(np.linalg.norm(a - b)) for a, b in combinations(lines[blocks // 2 :], 2)), default=0.0)
-    return change < max(UNSETTLED * size, ONSET * later)
+    return None if change < max(UNSETTLED * size, ONSET * _apart_at_most(lines[blocks // 2 :])) else change
+
+
+def _apart_at_most(lines: np.ndarray) -> float:
+    """Largest change [m] between any two of several blocks' lines (blocks, 2, lines)."""
+    return max((float(np.linalg.norm(a - b)) for a, b in combinations(lines, 2)), default=0.0)
+
+
+def with_repeats(trial: Trial, repeats: Sequence[Trial]) -> Trial:
+    """The trial, in motion from its first sample on where later blocks of all its `repeats` differ as its onset does.
+
+    Two blocks alone are alike by chance in every fourth record that a random line moves.
+    """
+    if not trial.onset:
+        return trial
+    later = len(trial.rows) // trial.length - len(trial.rows) // trial.length // 2
+    lines = np.concatenate([t.spectra[-later:][:, :, trial.excited] for t in repeats])
+    return replace(trial, settled=True, onset=None) if trial.onset < ONSET * _apart_at_most(lines) else trial
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:

@@ -430,7 +430,8 @@ KINDS = {
 def judged(case: LawCase, found: Any) -> dict[str, Any]:
     """Outcome of a verdict with place, form, relative error of the size and share of the gap gone.
 
-    Of two laws the found terms may be those of either one, or of both, each at its place.
+    Of two laws the found terms may be those of either one, or of both, each at its place. A tie of places that holds
+    the true one is an outcome of its own, whose place is not right.
     """
     out: dict[str, Any] = {"status": found.status, "gap": None if not found.discovered else reduction(found.gap)}
     if found.status == "discovered":
@@ -459,7 +460,8 @@ def judged_law(case: LawCase, law: Any) -> dict[str, Any]:
     sizes = [size_of(right[kind], v) for kind in law.kinds for key, (v, _) in law.terms.items()
              if re.fullmatch(rf"{kind.replace(' ', '_')}(_1)?(_[xy])?", key)]  # fmt: skip
     every = len(case.acting) == len({right[kind].law.name for kind in law.kinds})
-    outcome = ("right" if every else "right, one of two") if out["place"] else "WRONG place"
+    wrong = "right, places tied" if set(map(place_of, case.acting)) <= set(law.tied) else "WRONG place"
+    outcome = ("right" if every else "right, one of two") if out["place"] else wrong
     return out | {"error": max(abs(size - 1) for size in sizes), "outcome": outcome}
 
 

@@ -11,7 +11,7 @@ from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, load, written
 from rotorsim.discrepancy.hidden_machine import unshaken
 from rotorsim.discrepancy.law_terms import SLIPPING_SPRING
 from rotorsim.discrepancy.shooting import forced_motion
-from rotorsim.discrepancy.trial import block_lines, trial_of
+from rotorsim.discrepancy.trial import block_lines, trial_of, with_repeats
 from rotorsim.discrepancy.twin import RIG_SAMPLE, Twin, in_motion, repeating_motion
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
@@ -223,6 +223,28 @@ def test_a_line_that_does_not_repeat_is_no_onset():
     lines = block_lines(steady + other, 0, 4000, 3, 200)[:, :, 5::4]
     assert np.linalg.norm(lines[0] - lines[-1]) > 0.2 * np.linalg.norm(lines[-1])
     assert trial_of(rows, steady + other, 0.0, "line").settled
+
+
+def test_a_random_line_is_no_onset_where_the_blocks_of_repeats_differ_as_much_and_a_rest_is_one_in_each():
+    """Two later blocks that a random line moves alike make an onset of one record in four, of two that repeat in 25."""
+    rng, rows = np.random.default_rng(1), np.tile(shaken(0.0)[:4000], (4, 1))
+    t, forced = np.arange(len(rows)) * 2e-4, 1e-6 * np.column_stack([rows[:, 4], rows[:, 5]])
+
+    def record(sizes):
+        """A line at one of the excited ones, with an amplitude (4, 2) of its own in each block."""
+        waves = np.array([np.cos(2 * np.pi * 61.25 * t), np.sin(2 * np.pi * 61.25 * t)])
+        return trial_of(rows, forced + np.einsum("nk,kn->n", np.repeat(sizes, 4000, axis=0), waves)[:, None], 0.0, "r")
+
+    pairs = [[record(3e-6 * rng.normal(size=(4, 2))) for _ in (0, 1)] for _ in range(100)]
+    alone = np.mean([not t.settled for pair in pairs for t in pair])
+    assert 0.2 < alone < 0.35
+    assert np.mean([not with_repeats(t, pair).settled for pair in pairs for t in pair]) < 0.25 * alone
+    fading = 5e-6 * 0.4 ** np.arange(4)[:, None] * np.ones(2)
+    at_rest = [record(fading + 2e-7 * rng.normal(size=(4, 2))) for _ in (0, 1)]
+    assert not any(with_repeats(t, at_rest).settled for t in at_rest)
+    # one that goes on in its motion is simulated by itself
+    mixed = [at_rest[0], record(2e-7 * rng.normal(size=(4, 2)))]
+    assert [with_repeats(t, mixed).settled for t in mixed] == [False, True] and mixed[0].inputs != mixed[1].inputs
 
 
 def test_every_input_has_to_repeat_with_the_period():
