@@ -20,13 +20,14 @@ from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
-from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen, unit_of
+from rotorsim.discrepancy.candidates import Form, Screening, apart, deciding, distinct, screen, unit_of
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, excess, flagged, table
 from rotorsim.discrepancy.fit import (
     ParameterFit,
     cost_of,
     covariance,
     fall_within,
+    finished,
     fit_parameters,
     prior_rows,
     strained,
@@ -256,6 +257,15 @@ class EffectSearch:
         J = self._sensitivities(h.fit) if J is None else J
         done = fit_parameters(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
         return self._found(h.forms, done)
+
+    def with_shapes(self, h: Hypothesis) -> Hypothesis:
+        """The hypothesis polished; converged with the shapes that decide whose force it makes, where they were held."""
+        known = set(h.fit.parameters)
+        more = tuple(k for f in h.forms for k in f.refine if k not in known and k.key.endswith(f".{deciding(f.key)}"))
+        if not more:
+            return self.polished(h)
+        fit = replace(h.fit, parameters=(*h.fit.parameters, *more))
+        return self._found(h.forms, finished(self.comparison, fit, self.progress, central=False))
 
     def _sensitivities(self, fit: ParameterFit) -> np.ndarray:
         """Jacobian (n, k) where a fit stands."""

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import permutations
+from itertools import permutations, product
 from math import comb
 
 import numpy as np
 from scipy.special import softmax
 
-from rotorsim.discrepancy.candidates import alike_by_weight, class_of
+from rotorsim.discrepancy.candidates import alike_by_weight, class_of, counterpart, deciding
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.evidence import (
     ModelForm,
@@ -36,7 +36,7 @@ from rotorsim.discrepancy.evidence import (
     unexplained_gain,
     whitened_size,
 )
-from rotorsim.discrepancy.fit import ParameterFit, strained
+from rotorsim.discrepancy.fit import ParameterFit, covariance, strained
 from rotorsim.discrepancy.hypotheses import (
     CLEAR,
     ENOUGH,
@@ -136,7 +136,7 @@ def _accepted(
 ) -> SearchVerdict:
     if len(best.forms) > 1:
         best = without_idle(best, search)
-    best = search.polished(best)
+    best = search.with_shapes(best)
     if len(best.forms) > 1 and not search.is_sure(best, best.forms):
         return _short_of_a_name(search, tried, known)
     rivals = tied(best, found, search.base)
@@ -175,16 +175,26 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
 
 
 def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
-    """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike."""
-    twin = search.comparison.twin
-    alike = class_of(key, known)
-    if any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
-        effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
-        own = h.fit.point.setting(twin)
-        found = vars(twin.effect(effect, int(table))) | {
-            path.rpartition(".")[2]: value for path, value in own.items() if path.startswith(f"{effect}.{table}.")
-        }
+    """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike.
+
+    A form whose force it makes as it was found is in it too where it is no candidate: a candidate has a fit of its own.
+    """
+    twin, alike, name = search.comparison.twin, class_of(key, known), deciding(key)
+    weight = any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ()))  # type: ignore[attr-defined]
+    if not (weight or name):
+        return alike
+    effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
+    own = h.fit.point.setting(twin)
+    found = vars(twin.effect(effect, int(table))) | {
+        path.rpartition(".")[2]: value for path, value in own.items() if path.startswith(f"{effect}.{table}.")
+    }
+    if weight:
         alike = (*alike, *alike_by_weight(key, found, known))
+    if name:
+        V = covariance(h.fit, search.comparison.layout.record)
+        i = next((i for i, k in enumerate(h.fit.parameters) if k.key == f"{effect}.{table}.{name}"), None)
+        other = counterpart(key, found[name], 0.0 if i is None else float(np.sqrt(V[i, i])))
+        alike = alike if not other or other in known else (*alike, other)
     return tuple(sorted(set(alike)))
 
 
@@ -429,7 +439,8 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
 def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
     """Odds with the members of each identified effect's class as one, by the name of the verdict's member.
 
-    So with something beyond the catalogue as without; some classes follow from the size.
+    So with something beyond the catalogue as without; some classes follow from the size, and have members that are no
+    candidates.
     """
     if verdict.best is None:
         return tuple(odds)
@@ -447,7 +458,8 @@ def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple
             continue
         first = next((e for e in members if own in (e.effects, *e.alike)), members[0])
         name = own if own in every else first.effects
-        alike = tuple(keys for keys in every if keys != name)
+        more = [keys for keys in map(tuple, map(sorted, product(*verdict.classes))) if not {*keys} <= {*sum(every, ())}]
+        alike = tuple(keys for keys in (*every, *more) if keys != name)
         joined.append(replace(first, effects=name, probability=sum(e.probability for e in members), alike=alike))
     return tuple(sorted(joined, key=lambda e: (-e.probability, e.name)))
 

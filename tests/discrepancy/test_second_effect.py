@@ -7,10 +7,15 @@ import pytest
 
 from rotorsim.discrepancy import hypotheses
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
-from rotorsim.discrepancy.candidates import Form, alike_by_weight, of_one_force, same_class
+from rotorsim.discrepancy.candidates import Form, alike_by_weight, counterpart, of_one_force, same_class
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.hypotheses import EffectSearch, cancel, within_form_error
+from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis, cancel, within_form_error
+from rotorsim.effects.actuators.actuator_gain import ActuatorGain, actuator_gain
+from rotorsim.effects.rotor.labyrinth_seal import LabyrinthSeal, labyrinth_seal
+from rotorsim.effects.supply.weak_injector import WeakInjector, weak_injector
+
+DAMPING, SWIRL = FitParameter("labyrinth_seal.0.damping", 0.1), FitParameter("labyrinth_seal.0.swirl", 0.1)
 
 
 def test_responses_that_cancel_are_noticed_and_others_are_not(rng):
@@ -91,3 +96,62 @@ FORWARD = ("asymmetric_shaft.difference", "coupling.force_2x", "crack.loss")
 )
 def test_a_force_that_turns_forward_at_2x_may_be_a_shaft_of_unequal_stiffness(key, ellipticity, alike):
     assert alike_by_weight(key, {"ellipticity": ellipticity, "difference": 2e3}, KNOWN) == alike
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "sd", "other"),
+    [
+        ("actuator_gain.error of injector 3", -0.96, 0.006, "weak_injector.stuck of injector 3"),
+        ("actuator_gain.error of injector 3", 0.01, 0.01, "weak_injector.stuck of injector 3"),
+        ("actuator_gain.error of injector 3", 0.05, 0.01, ""),
+        ("actuator_gain.error", -0.5, 0.01, ""),
+        ("labyrinth_seal.damping", 0.57, 0.35, "internal_damping.time"),
+        ("labyrinth_seal.damping of disc 2", 1.02, 0.05, "internal_damping.time"),
+        ("labyrinth_seal.damping", 0.5, 0.05, ""),
+        ("labyrinth_seal.cross_stiffness", 1.0, 0.1, ""),
+    ],
+)
+def test_a_force_has_a_counterpart_where_its_parameter_may_be_that_of_both(key, value, sd, other):
+    assert counterpart(key, value, sd) == other
+
+
+def test_a_weak_drive_moves_the_opening_as_a_pin_that_sticks_at_its_rest():
+    gap, rest, share = 40e-6, 22e-6, 0.3
+    drive = ActuatorGain(injector=2.0, error=-share)
+    pin = WeakInjector(injector=2.0, stuck=share, stuck_opening=1 - rest / gap)
+    for moved in np.linspace(-10e-6, 10e-6, 5):
+        x, _ = actuator_gain.py_func(0.0, 0.0, 2.0, 0.0, moved, 0.0, drive)
+        opening, _ = weak_injector.py_func(0.0, 1.0, 1 - (rest + moved) / gap, 0.0, pin)
+        assert opening == pytest.approx(1 - (rest + x) / gap, rel=1e-12)
+
+
+def test_a_seal_whose_gas_turns_with_the_shaft_is_internal_damping_in_its_plane(rng):
+    seal, speed, (x, y, vx, vy) = LabyrinthSeal(damping=7.0, swirl=1.0), 300.0, rng.normal(size=4)
+    force = labyrinth_seal.py_func(0.0, 0.0, speed, x, y, vx, vy, seal)
+    assert force == pytest.approx((-7.0 * (vx + speed * y), -7.0 * (vy - speed * x)))
+
+
+class SealResponse:
+    """A damping and a cross-coupling of its own; the truth is a damping of 2 whose gas turns with the shaft."""
+
+    layout = SimpleNamespace(record=np.zeros(4, int))
+
+    def residual(self, point):
+        damping, more = (point.values.get(k, 0.0) for k in (DAMPING, SWIRL))
+        return 1e2 * ((2.0 - damping) * np.ones(4) + (2.0 - damping * (0.5 + more)) * np.array([1.0, -1.0, 1.0, -1.0]))
+
+    def jacobian(self, point, parameters, here=None, progress=None, central=False):
+        r = self.residual(point)
+        return np.column_stack([(r - self.residual(point.moved([k], np.array([1e-6])))) / 1e-6 for k in parameters])
+
+
+def test_a_shape_that_decides_whose_force_it_is_is_fitted_before_a_name(monkeypatch):
+    for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
+        monkeypatch.setattr(hypotheses, name, stub)
+    records, point = SealResponse(), ParameterPoint({DAMPING: 1.5})
+    r, form = records.residual(point), Form("labyrinth_seal", "labyrinth_seal.damping", (DAMPING,), refine=(SWIRL,))
+    fit = ParameterFit((DAMPING,), point, r, records.jacobian(point, (DAMPING,)), float(r @ r))
+    search = EffectSearch(records, None, fit, (form,), {}, 1.0, 0.0)
+    found = search.with_shapes(Hypothesis((form,), fit, 0.0, 0.0, 1.0))
+    assert found.fit.point.values == pytest.approx({DAMPING: 2.0, SWIRL: 0.5}, abs=1e-3)
+    assert search.with_shapes(found).fit.parameters == (DAMPING, SWIRL)
