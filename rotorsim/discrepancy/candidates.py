@@ -252,28 +252,18 @@ def alike_by_weight(key: str, found: Mapping[str, float], known: Iterable[str]) 
     return tuple(sorted(same | {key}))
 
 
-def deciding(key: str) -> str:
-    """Parameter of a form that decides whether its force is that of another form; empty for none."""
-    form = _form(key)
-    return form.same_as[1] if form is not None and form.same_as else ""
+def counterpart(key: str) -> tuple[str, str, float, float] | None:
+    """Form whose force a form makes where a parameter is in an interval: key, parameter and ends; None for none.
 
-
-def counterpart(key: str, value: float, sd: float) -> str:
-    """Key of the form whose force a form makes where its `deciding` parameter was found; empty for none.
-
-    The interval of two standard deviations about the value has to reach that in which both forces are one. A force of
-    an injector has a counterpart of this injector alone.
+    A force of an injector has a counterpart of this injector alone.
     """
-    form = _form(key)
+    form, place = _form(key), key.partition(" of ")[2]
     if form is None or form.same_as is None:
-        return ""
-    other, _, low, high = form.same_as
-    if value + 2 * sd < low or value - 2 * sd > high:
-        return ""
-    place = key.partition(" of ")[2]
+        return None
+    other, *interval = form.same_as
     if "injector" not in {f.name for f in fields(REGISTRY[other.partition(".")[0]])}:
-        return other
-    return f"{other} of {place}" if place.startswith("injector ") else ""
+        return form.same_as
+    return (f"{other} of {place}", *interval) if place.startswith("injector ") else None
 
 
 def same_class(a: str, b: str) -> bool:

@@ -20,7 +20,7 @@ from rotorsim.base.errors import NoAnswerError
 from rotorsim.base.rounding import answer
 from rotorsim.base.units import show
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint, within
-from rotorsim.discrepancy.candidates import Form, Screening, apart, deciding, distinct, screen, unit_of
+from rotorsim.discrepancy.candidates import Form, Screening, apart, distinct, screen, unit_of
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, excess, flagged, table
 from rotorsim.discrepancy.fit import (
     ParameterFit,
@@ -258,14 +258,18 @@ class EffectSearch:
         done = fit_parameters(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
         return self._found(h.forms, done)
 
-    def with_shapes(self, h: Hypothesis) -> Hypothesis:
-        """The hypothesis polished; converged with the shapes that decide whose force it makes, where they were held."""
-        known = set(h.fit.parameters)
-        more = tuple(k for f in h.forms for k in f.refine if k not in known and k.key.endswith(f".{deciding(f.key)}"))
-        if not more:
-            return self.polished(h)
-        fit = replace(h.fit, parameters=(*h.fit.parameters, *more))
-        return self._found(h.forms, finished(self.comparison, fit, self.progress, central=False))
+    def with_shape(self, h: Hypothesis, path: str, value: float, wanted: float) -> Hypothesis:
+        """The hypothesis converged with a shape held at a value, unless a sum of squares `wanted` is out of reach."""
+        parameters = tuple(k for k in h.fit.parameters if k.key != path)
+        values = {k: v for k, v in h.fit.point.values.items() if k.key != path}
+        point = replace(h.fit.point, values=values).holding({path: value})
+        there = replace(h.fit, parameters=parameters, point=point, residual=self.comparison.residual(point))
+        there = replace(there, cost=cost_of(there.residual, there.vector, prior_rows(parameters)))
+        try:
+            done = finished(self.comparison, there, self.progress, central=False, wanted=wanted)
+        except NoAnswerError:
+            return self._failed(h.forms)
+        return self._found(h.forms, done)
 
     def _sensitivities(self, fit: ParameterFit) -> np.ndarray:
         """Jacobian (n, k) where a fit stands."""

@@ -23,7 +23,7 @@ from math import comb
 import numpy as np
 from scipy.special import softmax
 
-from rotorsim.discrepancy.candidates import alike_by_weight, class_of, counterpart, deciding
+from rotorsim.discrepancy.candidates import alike_by_weight, class_of, counterpart
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.evidence import (
     ModelForm,
@@ -136,7 +136,7 @@ def _accepted(
 ) -> SearchVerdict:
     if len(best.forms) > 1:
         best = without_idle(best, search)
-    best = search.with_shapes(best)
+    best = search.polished(best)
     if len(best.forms) > 1 and not search.is_sure(best, best.forms):
         return _short_of_a_name(search, tried, known)
     rivals = tied(best, found, search.base)
@@ -177,25 +177,40 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
 def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
     """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike.
 
-    A form whose force it makes as it was found is in it too where it is no candidate: a candidate has a fit of its own.
+    Its counterpart is one of them where that is no candidate, which would have a fit of its own.
     """
-    twin, alike, name = search.comparison.twin, class_of(key, known), deciding(key)
-    weight = any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ()))  # type: ignore[attr-defined]
-    if not (weight or name):
-        return alike
-    effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
-    own = h.fit.point.setting(twin)
-    found = vars(twin.effect(effect, int(table))) | {
-        path.rpartition(".")[2]: value for path, value in own.items() if path.startswith(f"{effect}.{table}.")
-    }
-    if weight:
+    twin = search.comparison.twin
+    alike = (*class_of(key, known), *_counterpart(search, h, key, known))
+    if any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
+        effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
+        own = h.fit.point.setting(twin)
+        found = vars(twin.effect(effect, int(table))) | {
+            path.rpartition(".")[2]: value for path, value in own.items() if path.startswith(f"{effect}.{table}.")
+        }
         alike = (*alike, *alike_by_weight(key, found, known))
-    if name:
-        V = covariance(h.fit, search.comparison.layout.record)
-        i = next((i for i, k in enumerate(h.fit.parameters) if k.key == f"{effect}.{table}.{name}"), None)
-        other = counterpart(key, found[name], 0.0 if i is None else float(np.sqrt(V[i, i])))
-        alike = alike if not other or other in known else (*alike, other)
     return tuple(sorted(set(alike)))
+
+
+def _counterpart(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
+    """The form, of no candidate, whose force an effect of a hypothesis may be.
+
+    Its size has to be within two standard deviations of those that both have. A shape of both has to explain the
+    records as well: they may hardly narrow it, so that a fit says little of what others would be.
+    """
+    found = counterpart(key)
+    if found is None or found[0] in known:
+        return ()
+    other, parameter, low, high = found
+    first = next(f for f in h.forms if f.key == key).parameters[0].key
+    path = f"{first.rpartition('.')[0]}.{parameter}"
+    value = h.fit.point.setting(search.comparison.twin)[path]
+    nearest = float(np.clip(value, low, high))
+    if path == first:
+        i = [k.key for k in h.fit.parameters].index(path)
+        sd = float(np.sqrt(covariance(h.fit, search.comparison.layout.record)[i, i]))
+        return (other,) if abs(value - nearest) <= 2 * sd else ()
+    wanted = h.fit.cost + tie_margin(h, search.base)
+    return (other,) if nearest == value or search.with_shape(h, path, nearest, wanted).fit.cost < wanted else ()
 
 
 def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[str]) -> SearchVerdict:
@@ -223,8 +238,13 @@ def tied(best: Hypothesis, others: Sequence[Hypothesis], base: ParameterFit) -> 
 
 def as_near(best: Hypothesis, others: Iterable[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
     """Hypotheses whose sums of squares are within a tie of that of the best one."""
-    margin = max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
+    margin = tie_margin(best, base)
     return [h for h in others if h.fit.cost - best.fit.cost < margin]
+
+
+def tie_margin(best: Hypothesis, base: ParameterFit) -> float:
+    """Difference of sums of squares within which records do not distinguish another hypothesis from the best one."""
+    return max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
 
 
 def preferred(best: Hypothesis, others: Iterable[Hypothesis], base: ParameterFit, known: Iterable[str]) -> Hypothesis:
