@@ -260,10 +260,10 @@ def counterpart(key: str) -> tuple[str, str, float, float] | None:
     form, place = _form(key), key.partition(" of ")[2]
     if form is None or form.same_as is None:
         return None
-    other, *interval = form.same_as
+    other, parameter, low, high = form.same_as
     if "injector" not in {f.name for f in fields(REGISTRY[other.partition(".")[0]])}:
         return form.same_as
-    return (f"{other} of {place}", *interval) if place.startswith("injector ") else None
+    return (f"{other} of {place}", parameter, low, high) if place.startswith("injector ") else None
 
 
 def same_class(a: str, b: str) -> bool:

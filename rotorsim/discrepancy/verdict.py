@@ -195,7 +195,7 @@ def _counterpart(search: EffectSearch, h: Hypothesis, key: str, known: set[str])
     """The form, of no candidate, whose force an effect of a hypothesis may be.
 
     Its size has to be within two standard deviations of those that both have. A shape of both has to explain the
-    records as well: they may hardly narrow it, so that a fit says little of what others would be.
+    records as well: they may hardly narrow it, and a fit is no measure of the others.
     """
     found = counterpart(key)
     if found is None or found[0] in known:
