@@ -252,6 +252,20 @@ def alike_by_weight(key: str, found: Mapping[str, float], known: Iterable[str]) 
     return tuple(sorted(same | {key}))
 
 
+def counterpart(key: str) -> tuple[str, str, float, float] | None:
+    """Form whose force a form makes where a parameter is in an interval: key, parameter and ends; None for none.
+
+    A force of an injector has a counterpart of this injector alone.
+    """
+    form, place = _form(key), key.partition(" of ")[2]
+    if form is None or form.same_as is None:
+        return None
+    other, parameter, low, high = form.same_as
+    if "injector" not in {f.name for f in fields(REGISTRY[other.partition(".")[0]])}:
+        return form.same_as
+    return (f"{other} of {place}", parameter, low, high) if place.startswith("injector ") else None
+
+
 def same_class(a: str, b: str) -> bool:
     """Whether two keys are of one class: together they can be any size of each, one against the other."""
     signature, _ = _signature(a)

@@ -27,6 +27,7 @@ from rotorsim.discrepancy.fit import (
     cost_of,
     covariance,
     fall_within,
+    finished,
     fit_parameters,
     prior_rows,
     strained,
@@ -255,6 +256,19 @@ class EffectSearch:
         """
         J = self._sensitivities(h.fit) if J is None else J
         done = fit_parameters(self.comparison, h.fit.point, h.fit.parameters, J, h.fit.residual, progress=self.progress)
+        return self._found(h.forms, done)
+
+    def with_shape(self, h: Hypothesis, path: str, value: float, wanted: float) -> Hypothesis:
+        """The hypothesis converged with a shape held at a value, unless a sum of squares `wanted` is out of reach."""
+        parameters = tuple(k for k in h.fit.parameters if k.key != path)
+        values = {k: v for k, v in h.fit.point.values.items() if k.key != path}
+        point = replace(h.fit.point, values=values).holding({path: value})
+        there = replace(h.fit, parameters=parameters, point=point, residual=self.comparison.residual(point))
+        there = replace(there, cost=cost_of(there.residual, there.vector, prior_rows(parameters)))
+        try:
+            done = finished(self.comparison, there, self.progress, central=False, wanted=wanted)
+        except NoAnswerError:
+            return self._failed(h.forms)
         return self._found(h.forms, done)
 
     def _sensitivities(self, fit: ParameterFit) -> np.ndarray:

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import permutations
+from itertools import permutations, product
 from math import comb
 
 import numpy as np
 from scipy.special import softmax
 
-from rotorsim.discrepancy.candidates import alike_by_weight, class_of
+from rotorsim.discrepancy.candidates import alike_by_weight, class_of, counterpart
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.evidence import (
     ModelForm,
@@ -36,7 +36,7 @@ from rotorsim.discrepancy.evidence import (
     unexplained_gain,
     whitened_size,
 )
-from rotorsim.discrepancy.fit import ParameterFit, strained
+from rotorsim.discrepancy.fit import ParameterFit, covariance, strained
 from rotorsim.discrepancy.hypotheses import (
     CLEAR,
     ENOUGH,
@@ -175,9 +175,12 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
 
 
 def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
-    """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike."""
+    """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike.
+
+    Its counterpart is one of them where that is no candidate, which would have a fit of its own.
+    """
     twin = search.comparison.twin
-    alike = class_of(key, known)
+    alike = (*class_of(key, known), *_counterpart(search, h, key, known))
     if any(e.acceleration > 0 for e in twin.machine.effects.get("gravity", ())):  # type: ignore[attr-defined]
         effect, table = next(f for f in h.forms if f.key == key).parameters[0].key.split(".")[:2]
         own = h.fit.point.setting(twin)
@@ -186,6 +189,28 @@ def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) ->
         }
         alike = (*alike, *alike_by_weight(key, found, known))
     return tuple(sorted(set(alike)))
+
+
+def _counterpart(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
+    """The form, of no candidate, whose force an effect of a hypothesis may be.
+
+    Its size has to be within two standard deviations of those that both have. A shape of both has to explain the
+    records as well: they may hardly narrow it, and a fit is no measure of the others.
+    """
+    found = counterpart(key)
+    if found is None or found[0] in known:
+        return ()
+    other, parameter, low, high = found
+    first = next(f for f in h.forms if f.key == key).parameters[0].key
+    path = f"{first.rpartition('.')[0]}.{parameter}"
+    value = h.fit.point.setting(search.comparison.twin)[path]
+    nearest = float(np.clip(value, low, high))
+    if path == first:
+        i = [k.key for k in h.fit.parameters].index(path)
+        sd = float(np.sqrt(covariance(h.fit, search.comparison.layout.record)[i, i]))
+        return (other,) if abs(value - nearest) <= 2 * sd else ()
+    wanted = h.fit.cost + tie_margin(h, search.base)
+    return (other,) if nearest == value or search.with_shape(h, path, nearest, wanted).fit.cost < wanted else ()
 
 
 def _short_of_a_name(search: EffectSearch, tried: list[Hypothesis], known: set[str]) -> SearchVerdict:
@@ -213,8 +238,13 @@ def tied(best: Hypothesis, others: Sequence[Hypothesis], base: ParameterFit) -> 
 
 def as_near(best: Hypothesis, others: Iterable[Hypothesis], base: ParameterFit) -> list[Hypothesis]:
     """Hypotheses whose sums of squares are within a tie of that of the best one."""
-    margin = max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
+    margin = tie_margin(best, base)
     return [h for h in others if h.fit.cost - best.fit.cost < margin]
+
+
+def tie_margin(best: Hypothesis, base: ParameterFit) -> float:
+    """Difference of sums of squares within which records do not distinguish another hypothesis from the best one."""
+    return max(TIE_LEAST, TIE * (base.cost - best.fit.cost))
 
 
 def preferred(best: Hypothesis, others: Iterable[Hypothesis], base: ParameterFit, known: Iterable[str]) -> Hypothesis:
@@ -429,7 +459,8 @@ def _merged(found: list[Explanation], known: set[str]) -> tuple[Explanation, ...
 def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple[Explanation, ...]:
     """Odds with the members of each identified effect's class as one, by the name of the verdict's member.
 
-    So with something beyond the catalogue as without; some classes follow from the size.
+    So with something beyond the catalogue as without; some classes follow from the size, and have members that are no
+    candidates.
     """
     if verdict.best is None:
         return tuple(odds)
@@ -447,7 +478,8 @@ def joined_classes(odds: Sequence[Explanation], verdict: SearchVerdict) -> tuple
             continue
         first = next((e for e in members if own in (e.effects, *e.alike)), members[0])
         name = own if own in every else first.effects
-        alike = tuple(keys for keys in every if keys != name)
+        more = [keys for keys in map(tuple, map(sorted, product(*verdict.classes))) if not {*keys} <= {*sum(every, ())}]
+        alike = tuple(keys for keys in (*every, *more) if keys != name)
         joined.append(replace(first, effects=name, probability=sum(e.probability for e in members), alike=alike))
     return tuple(sorted(joined, key=lambda e: (-e.probability, e.name)))
 

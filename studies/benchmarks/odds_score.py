@@ -64,7 +64,9 @@ def scored(odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], know
     hold such a thing are one; an effect that was left out and has a like among the candidates is not beyond them.
     """
     target = sorted({class_of(key, known) for key in hidden})
+    odds, own_key = [*odds], tuple(sorted(hidden))
     alike = any(k.partition(".")[0] != key.partition(".")[0] for key in hidden for k in class_of(key, known))
+    alike |= any(own_key in one.alike for one in odds)
     out_of_reach = kind == "foreign" or (kind == "left_out" and not alike)
     out, beyond = [], 0.0
     for one in odds:
@@ -72,7 +74,8 @@ def scored(odds: Iterable[Explanation], kind: str, hidden: tuple[str, ...], know
         if out_of_reach and one.beyond:
             beyond += one.probability
         elif one.probability >= LEAST:
-            out.append((one.name, one.probability, own == target and not one.beyond and not out_of_reach))
+            same = own == target or own_key in one.alike
+            out.append((one.name, one.probability, same and not one.beyond and not out_of_reach))
     return tuple([*out, (BEYOND_ALL, beyond, True)] if beyond else out)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -69,7 +70,8 @@ def judged(kind: str, hidden: tuple[str, ...], d: Diagnosis, known: set[str]) ->
         return "wrong" if hidden or kind == "foreign" else "right"
     if d.status == "partial":
         return "partial"
-    proposed = [tuple(f.form for f in d.effects), *d.ties]
+    members = product(*({f.form: 0} | dict.fromkeys(f.tie_class) for f in d.effects))  # the names themselves come first
+    proposed = [*members, *d.ties]
     target = sorted(class_of(h, known) for h in hidden)
     parts = [sorted(class_of(k, known) for k in keys) for keys in proposed]
     holds = [own == target for own in parts]

@@ -7,10 +7,20 @@ import pytest
 
 from rotorsim.discrepancy import hypotheses
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
-from rotorsim.discrepancy.candidates import Form, alike_by_weight, of_one_force, same_class
+from rotorsim.discrepancy.candidates import Form, alike_by_weight, counterpart, of_one_force, same_class
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit
-from rotorsim.discrepancy.hypotheses import EffectSearch, cancel, within_form_error
+from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis, cancel, within_form_error
+from rotorsim.discrepancy.verdict import _counterpart
+from rotorsim.effects.actuators.actuator_gain import ActuatorGain, actuator_gain
+from rotorsim.effects.rotor.labyrinth_seal import LabyrinthSeal, labyrinth_seal
+from rotorsim.effects.supply.weak_injector import WeakInjector, weak_injector
+
+DAMPING, SWIRL, DAMPED = (
+    FitParameter("labyrinth_seal.0.damping", 0.1),
+    "labyrinth_seal.0.swirl",
+    "internal_damping.time",
+)
 
 
 def test_responses_that_cancel_are_noticed_and_others_are_not(rng):
@@ -91,3 +101,82 @@ FORWARD = ("asymmetric_shaft.difference", "coupling.force_2x", "crack.loss")
 )
 def test_a_force_that_turns_forward_at_2x_may_be_a_shaft_of_unequal_stiffness(key, ellipticity, alike):
     assert alike_by_weight(key, {"ellipticity": ellipticity, "difference": 2e3}, KNOWN) == alike
+
+
+@pytest.mark.parametrize(
+    ("key", "other"),
+    [
+        ("actuator_gain.error of injector 3", "weak_injector.stuck of injector 3"),
+        ("labyrinth_seal.damping", "internal_damping.time"),
+        ("labyrinth_seal.damping of disc 2", "internal_damping.time"),
+    ],
+)
+def test_a_force_has_a_counterpart_of_its_own_injector(key, other):
+    assert counterpart(key)[0] == other
+    assert counterpart("actuator_gain.error") is None and counterpart("labyrinth_seal.cross_stiffness") is None
+
+
+def test_a_weak_drive_moves_the_opening_as_a_pin_that_sticks_at_its_rest():
+    gap, rest, share = 40e-6, 22e-6, 0.3
+    drive = ActuatorGain(injector=2.0, error=-share)
+    pin = WeakInjector(injector=2.0, stuck=share, stuck_opening=1 - rest / gap)
+    for moved in np.linspace(-10e-6, 10e-6, 5):
+        x, _ = actuator_gain.py_func(0.0, 0.0, 2.0, 0.0, moved, 0.0, drive)
+        opening, _ = weak_injector.py_func(0.0, 1.0, 1 - (rest + moved) / gap, 0.0, pin)
+        assert opening == pytest.approx(1 - (rest + x) / gap, rel=1e-12)
+
+
+def test_a_seal_whose_gas_turns_with_the_shaft_is_internal_damping_in_its_plane(rng):
+    seal, speed, (x, y, vx, vy) = LabyrinthSeal(damping=7.0, swirl=1.0), 300.0, rng.normal(size=4)
+    force = labyrinth_seal.py_func(0.0, 0.0, speed, x, y, vx, vy, seal)
+    assert force == pytest.approx((-7.0 * (vx + speed * y), -7.0 * (vy - speed * x)))
+
+
+class SealResponse:
+    """A damping of 2, and a cross-coupling that shows the share of the swirl, .5, as far as it is `seen`."""
+
+    layout, twin = SimpleNamespace(record=np.zeros(4, int)), SimpleNamespace(effect=lambda name, table: LabyrinthSeal())
+
+    def __init__(self, seen):
+        self.seen = seen
+
+    def residual(self, point):
+        damping, swirl = point.values.get(DAMPING, 0.0), point.fixed[SWIRL]
+        signs = np.array([1.0, -1.0, 1.0, -1.0])
+        return 1e2 * (2.0 - damping) * np.ones(4) + 1e2 * self.seen * (1.0 - damping * swirl) * signs
+
+    def predict(self, point):
+        return -self.residual(point)
+
+    def jacobian(self, point, parameters, here=None, progress=None, central=False):
+        r = self.residual(point)
+        return np.column_stack([(r - self.residual(point.moved([k], np.array([1e-6])))) / 1e-6 for k in parameters])
+
+
+@pytest.mark.parametrize(
+    ("seen", "known", "alike"), [(0.01, set(), True), (1.0, set(), False), (0.01, {DAMPED}, False)]
+)
+def test_a_seal_may_be_internal_damping_where_records_hardly_show_its_swirl(seen, known, alike, monkeypatch):
+    """A candidate has a fit of its own."""
+    for name, stub in (("table", lambda comparison, residual: residual), ("excess", lambda r: float(r @ r))):
+        monkeypatch.setattr(hypotheses, name, stub)
+    records, form = SealResponse(seen), Form("labyrinth_seal", "labyrinth_seal.damping", (DAMPING,), {SWIRL: 0.5})
+    at = ParameterPoint({DAMPING: 2.0}, {SWIRL: 0.5})
+    base = ParameterFit((), ParameterPoint(), 200 * np.ones(4), np.zeros((4, 0)), 1.6e5)
+    fit = ParameterFit((DAMPING,), at, records.residual(at), records.jacobian(at, (DAMPING,)), 0.0)
+    search = EffectSearch(records, None, base, (form,), {}, 1.0, 0.0)
+    found = _counterpart(search, Hypothesis((form,), fit, 0.0, 0.0, 1.0), form.key, known)
+    assert found == ((DAMPED,) if alike else ())
+
+
+@pytest.mark.parametrize(("error", "alike"), [(-0.96, True), (0.015, True), (0.05, False)])
+def test_a_weak_drive_may_be_a_stuck_pin_where_its_size_may_be_a_loss_of_travel(error, alike):
+    size, at = FitParameter("actuator_gain.0.error", 0.01), "actuator_gain.0.injector"
+    form = Form("actuator_gain", "actuator_gain.error of injector 3", (size,), {at: 3.0})
+    fit = ParameterFit((size,), ParameterPoint({size: error}, {at: 3.0}), np.zeros(4), np.full((4, 1), 50.0), 0.0)
+    records = SimpleNamespace(
+        layout=SealResponse.layout, twin=SimpleNamespace(effect=lambda name, table: ActuatorGain())
+    )
+    search = EffectSearch(records, None, fit, (form,), {}, 1.0, 0.0)
+    found = _counterpart(search, Hypothesis((form,), fit, 0.0, 0.0, 1.0), form.key, set())
+    assert found == (("weak_injector.stuck of injector 3",) if alike else ())

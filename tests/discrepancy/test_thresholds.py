@@ -111,6 +111,14 @@ def test_members_of_a_class_that_only_the_found_size_shows_are_one():
     assert found[0].alike == (("crack.loss",),) and len(found) == 3
 
 
+def test_a_member_of_a_class_that_is_no_candidate_shares_the_probability_of_the_one_that_is():
+    a = fitted(COUPLING)
+    verdict = SearchVerdict("tie", a, (), (("coupling.force_2x", "withheld.size"),), (a,))
+    first, *others = joined_classes(odds((COUPLING, 0.6), (BOW, 0.3), beyond=0.1), verdict)
+    assert (first.effects, first.alike) == (COUPLING, (("withheld.size",),)) and first.probability == pytest.approx(0.6)
+    assert not any(one.alike for one in others)
+
+
 @pytest.mark.parametrize("best", [BOW, ("runout.amplitude_1x",)])
 def test_a_class_has_the_name_of_the_verdicts_member_with_something_beyond_the_catalogue_too(best):
     """The headline and the probabilities name the same member."""

@@ -30,6 +30,13 @@ def test_numbers_are_far_off_only_where_nothing_else_is(kind, hidden, verdict):
     assert judged(kind, hidden, found("recalibrated"), {"bow"}) == verdict
 
 
+@pytest.mark.parametrize(("alike", "verdict"), [((), "wrong"), (("withheld",), "class")])
+def test_a_tie_that_holds_what_was_left_out_is_no_wrong_name(alike, verdict):
+    one = SimpleNamespace(form="bow", tie_class=("bow", *alike))
+    tie = SimpleNamespace(status="tie", effects=(one,), ties=())
+    assert judged("left_out", ("withheld",), tie, {"bow", "withheld"}) == verdict
+
+
 @pytest.mark.parametrize(("hidden", "verdict"), [((), "right"), (("shaft_bow",), "wrong")])
 def test_re_calibrated_records_of_another_program(hidden, verdict):
     assert diagnose_ross.verdict(hidden, found("recalibrated")) == verdict

@@ -2,8 +2,11 @@ r"""Gain error of the pins' drives: a pin travels more or less for a volt of its
 
 .. math:: r_k \;\to\; (1 + g)\,r_k
 
-r_k is the deviation of the reference of pin k from its rest, where the pin keeps its bias. Source: thesis eq. (C.1);
-amplifier, stack and transducer of a closed position loop all enter it, a slow amplifier does not.
+r_k is the deviation of the reference of pin k from its rest, where the pin keeps its bias. From g = -1 to 0 it is a pin
+that sticks there by the share -g of its travel.
+
+Source: thesis eq. (C.1); amplifier, stack and transducer of a closed position loop all enter it, a slow amplifier does
+not.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ class ActuatorGain(Effect):
     port = "reference"
     kernel = actuator_gain
     cites = ("thesis",)
-    forms = (CandidateForm("error", 0.01, pinned=True),)
+    forms = (CandidateForm("error", 0.01, pinned=True, same_as=("weak_injector.stuck", "error", -1.0, 0.0)),)
     injector: float = param("1", bounds=(0.0, 64.0), whole=True, doc="Number of the injector, from 1; 0 for all.")
     error: float = param("1", bounds=(-11.0, 9.0), doc="Relative error of travel per volt; -2 reverses it.")
 

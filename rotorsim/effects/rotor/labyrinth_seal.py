@@ -56,10 +56,11 @@ class LabyrinthSeal(Effect):
     cites = ("childs_1993",)
     forms = (
         CandidateForm(
-            "damping", 5.0, options=(("swirl", (0.5,)),), refine=(("swirl", 0.1),), signed=False, alone_of="circulatory"
+            "damping", 5.0, options=(("swirl", (0.5,)),), refine=(("swirl", 0.1),), signed=False,
+            alone_of="circulatory", same_as=("internal_damping.time", "swirl", 1.0, 1.0),
         ),
         CandidateForm("cross_stiffness", 1e3, alone_of="circulatory"),
-    )
+    )  # fmt: skip
     damping: float = param("N*s/m", bounds=(0.0, 1e6), doc="Direct damping C.")
     swirl: float = param("1", default=0.5, bounds=(-2.0, 2.0), doc="Mean swirl of the gas over the shaft's speed.")
     cross_stiffness: float = param("N/m", bounds=(-1e9, 1e9), doc="Part of k that does not grow with the speed.")
