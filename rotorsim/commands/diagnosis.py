@@ -249,11 +249,10 @@ def run_loop(
 @contextmanager
 def unfinished(*asked: Any) -> Iterator[Path]:
     """Folder in the cache by which an interrupted diagnosis of one version resumes: until its end, or for a month."""
-    from rotorsim.base.cache import in_cache, key_of, sources_hash
-    from rotorsim.discrepancy.comparison import SOURCES
+    from rotorsim.base.cache import RUNS, in_cache, key_of, sources_hash
 
-    root = in_cache("diagnoses")
-    folder = root / key_of(Path.cwd(), asked, sources_hash(*SOURCES))
+    root, version = in_cache("diagnoses"), sources_hash(*RUNS, "rotorsim/analysis", "rotorsim/discrepancy")
+    folder = root / key_of(Path.cwd(), asked, version)
     for old in root.iterdir():
         if time.time() - old.stat().st_mtime > MONTH:
             shutil.rmtree(old, ignore_errors=True)
@@ -362,6 +361,8 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
 def _odds(diagnosis: Diagnosis) -> Iterator[str]:
     from rotorsim.discrepancy.verdict import LEAST_SHOWN, shown_share
 
+    if diagnosis.discovered is not None and not diagnosis.explanations:
+        yield f"  probability {shown_share(diagnosis.discovered.probability)}: this law"
     for one in diagnosis.leading[:4]:
         if one.probability >= LEAST_SHOWN:
             yield f"  probability {shown_share(one.probability)}: {one.name}"
@@ -372,7 +373,6 @@ def _odds(diagnosis: Diagnosis) -> Iterator[str]:
 def _effects(diagnosis: Diagnosis) -> Iterator[str]:
     """Each effect that was found, with its sizes and what is indistinguishable from it, and the gap that is gone."""
     from rotorsim.discrepancy.gap import reduction
-    from rotorsim.discrepancy.verdict import shown_share
 
     for found in diagnosis.effects:
         numbers = (f"{p} = {value}" + (f" +- {sd}" if sd else "") for p, value, sd in found.sizes())
@@ -380,8 +380,6 @@ def _effects(diagnosis: Diagnosis) -> Iterator[str]:
         others = [k for k in found.tie_class if k != found.form]
         if others:
             yield f"    no record distinguishes it from: {', '.join(others)}"
-    if diagnosis.discovered is not None and not diagnosis.explanations:
-        yield f"  probability {shown_share(diagnosis.discovered.probability)}: this law"
     share = reduction(diagnosis.gap)
     if diagnosis.explained and share == share:
         yield f"  gap on untouched records, re-calibrated to with effect: {100 * share:.0f} % gone"

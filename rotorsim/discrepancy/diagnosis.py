@@ -680,7 +680,6 @@ class DiagnosisRun:
             other = NotRepeated(base, seen["fit"])
             found = self._discovered(base, flags, apart, seen, own, rivals, other)
             if found and unanswered and flags and self.machine.film is None:
-                self.progress("remember")
                 found = self._or_with_memory(found, base, flags, apart, seen, own, rivals)
             if isinstance(found, Diagnosis):
                 return found
@@ -910,6 +909,7 @@ class DiagnosisRun:
         A spring behind dry friction is fitted to the plant, unless another form explains the records as well. Where the
         plant leaves more than one law may, the linear model judges it, whose motion is that of the records.
         """
+        self.progress("remember")
         others, laws = (choose(seen["fit"], seen.get("held_out"), base) for choose in (laws_of, remembering))
         laws = sorted((replace(one, tried=one.tried + others[0].tried) for one in laws), key=lambda one: one.score)
         rival, known = self._rival(base, rivals, min(one.priced for one in laws))
