@@ -61,8 +61,8 @@ from rotorsim.discrepancy.gap import reduction
 from rotorsim.discrepancy.hypotheses import CLEAR, Hypothesis
 from rotorsim.discrepancy.judge import Judgement
 from rotorsim.discrepancy.law_terms import (
-    HYSTERESIS,
     LIBRARY,
+    SLIPPING_SPRING,
     LibraryTerm,
     ObservedPlaces,
     PlaceMotion,
@@ -1474,7 +1474,9 @@ def test_a_law_that_is_not_given_is_named_with_what_it_takes_and_why(gone, share
     assert "cubic of disc 1" in text and f"takes {share}" in text and text.endswith(reason)
 
 
-@pytest.mark.parametrize("term", [*(term for term in LIBRARY if term.memory is None), HYSTERESIS], ids=lambda t: t.name)
+@pytest.mark.parametrize(
+    "term", [*(term for term in LIBRARY if term.memory is None), SLIPPING_SPRING], ids=lambda term: term.name
+)
 def test_the_plant_turns_the_numbers_of_a_shape_with_the_coefficients_and_keeps_a_clearance(term):
     """The linear model's gap of a dead band was 7 % off, and a further term made up for it."""
     one = LawTerm(term, tuple(next(term.options(1e-5, 2e-5)).items()), place="disc 1")
@@ -1495,12 +1497,12 @@ def test_the_plant_turns_the_numbers_of_a_shape_with_the_coefficients_and_keeps_
 def test_the_plant_runs_a_spring_behind_dry_friction_unless_another_form_explains_as_much(
     mass, other, holds, plant, monkeypatch
 ):
-    """Where it does not hold there, or is not run, the linear model judges all laws with a memory, the best one first.
+    """The linear model judges all laws with a memory, the best first, where it does not hold there or is not run.
 
     A spring leaves 10, another one at the next place 12.
     """
     room, called, found = "rotorsim.discrepancy.diagnosis", [], object.__new__(Diagnosis)
-    slider = (LawTerm(HYSTERESIS, (("reach", 1e-6),), one=True),)
+    slider = (LawTerm(SLIPPING_SPRING, (("reach", 1e-6),), one=True),)
     springs = [replace(law_of("cubic"), place=at, terms=slider, cost=cost) for at, cost in (("a", 10.0), ("b", 12.0))]
     masses, others = [replace(law_of("hidden mass"), cost=mass)], [replace(law_of("drag"), cost=other, tried=5)]
     monkeypatch.setattr(f"{room}.remembering", lambda *given: [*masses, *springs])
@@ -1515,7 +1517,7 @@ def test_the_plant_runs_a_spring_behind_dry_friction_unless_another_form_explain
     monkeypatch.setattr(run, "_fitted_laws", lambda *given: ran("plant", given[-1], found if holds else "not there"))
     monkeypatch.setattr(run, "_of_memory", lambda *given: ran("linear", given[2], found))
     assert run._with_memory(SimpleNamespace(cost=100.0), [], [], {"fit": None}, [], []) is found
-    own = [("hysteresis", "a", 6), ("hysteresis", "b", 6)]
+    own = [("slipping spring", "a", 6), ("slipping spring", "b", 6)]
     every = sorted([("hidden mass", "disc 0", 6), *own], key=lambda law: mass if law[0] == "hidden mass" else 10)
     wanted = [("plant", own)] * plant + [("linear", every)] * (not (plant and holds))
     assert called == wanted

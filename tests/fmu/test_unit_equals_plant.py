@@ -281,12 +281,12 @@ def test_a_unit_with_a_users_force_that_remembers_the_motion_has_the_bits_of_the
 ):
     """A spring behind dry friction at the disc, whose foot slips in each turn; its module is the one of a law."""
     from rotorsim.discrepancy.discovery import LawTerm, ProposedLaw, written
-    from rotorsim.discrepancy.law_terms import HYSTERESIS
+    from rotorsim.discrepancy.law_terms import SLIPPING_SPRING
     from rotorsim.effects import REGISTRY
     from rotorsim.machine import load_machine
     from rotorsim.plant import Plant
 
-    none, one = np.zeros(0), LawTerm(HYSTERESIS, (("reach", 1e-6),), one=True)
+    none, one = np.zeros(0), LawTerm(SLIPPING_SPRING, (("reach", 1e-6),), one=True)
     text = written(ProposedLaw("disc 0", (one,), np.ones(1), 0, 0, 0, none, none), {"disc 0": 0.3}, "slider_of_unit")
     (tmp_path / "slider_of_unit.py").write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
