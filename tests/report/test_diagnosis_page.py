@@ -15,6 +15,7 @@ from rotorsim.discrepancy.law_terms import law_places, slipping
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.result import PLAN_NEXT, RECORD_ALSO, located
+from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import load_machine
@@ -299,3 +300,16 @@ def test_what_an_unknown_verdict_has_beyond_the_catalogue_is_one_explanation():
     found = small_diagnosis(status="unknown", effects=[], explanations=odds)
     assert [(e.effects, e.beyond, e.probability) for e in found.leading] == [((), True, 0.8), ((), False, 0.2)]
     assert replace(found, status="partial").leading == odds
+
+
+def test_what_does_not_repeat_and_a_law_are_marked_at_their_places_by_name():
+    machine = load_machine("plain_rotor")
+    (disc, z), *_, (bearing, end) = law_places(machine).items()
+    line = StochasticForce("line", bearing, (disc,), (1.0, 1.0), (0.1, 0.1), "N rms", 100.0, 0.42)
+    found = small_diagnosis(status="stochastic", effects=[], unknown=UNKNOWN, stochastic=line)
+    [marked] = located(found)
+    assert [(p.part, p.begin <= at <= p.end) for p, at in zip(marked.places, (end, z), strict=True)] == [
+        ("bearing", True), ("disc", True)]  # fmt: skip
+    law = DiscoveredLaw("law", bearing, end, "", {}, {}, ("cubic",), "", "", 0.99)
+    [marked] = located(small_diagnosis(status="discovered", effects=[], discovered=law))
+    assert [p.part for p in marked.places] == ["bearing"] and marked.places[0].name.startswith(bearing)
