@@ -7,14 +7,16 @@ import pytest
 
 from rotorsim.discrepancy import hypotheses
 from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
-from rotorsim.discrepancy.candidates import Form, alike_by_weight, counterpart, of_one_force, same_class
+from rotorsim.discrepancy.candidates import Form, alike_by_weight, candidates, counterpart, of_one_force, same_class
 from rotorsim.discrepancy.comparison import Misfit
 from rotorsim.discrepancy.fit import ParameterFit
 from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis, cancel, within_form_error
+from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import _counterpart
 from rotorsim.effects.actuators.actuator_gain import ActuatorGain, actuator_gain
 from rotorsim.effects.rotor.labyrinth_seal import LabyrinthSeal, labyrinth_seal
 from rotorsim.effects.supply.weak_injector import WeakInjector, weak_injector
+from rotorsim.machine import load_machine
 
 DAMPING, SWIRL, DAMPED = (
     FitParameter("labyrinth_seal.0.damping", 0.1),
@@ -114,6 +116,14 @@ def test_a_force_that_turns_forward_at_2x_may_be_a_shaft_of_unequal_stiffness(ke
 def test_a_force_has_a_counterpart_of_its_own_injector(key, other):
     assert counterpart(key)[0] == other
     assert counterpart("actuator_gain.error") is None and counterpart("labyrinth_seal.cross_stiffness") is None
+
+
+@pytest.mark.parametrize("name", ["dtu_gas_bearing", "plain_rotor", "foil_turbo_rotor"])
+def test_the_whole_catalogue_has_every_counterpart_among_its_candidates(name):
+    """What a counterpart explains is then measured, and not taken for granted."""
+    keys = {form.key for form in candidates(Twin(load_machine(name), (16, 4), 2e-4))}
+    found = [one[0] for one in map(counterpart, keys) if one is not None]
+    assert found and set(found) <= keys
 
 
 def test_a_weak_drive_moves_the_opening_as_a_pin_that_sticks_at_its_rest():
