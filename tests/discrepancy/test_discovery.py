@@ -25,6 +25,7 @@ from rotorsim.discrepancy.discovery import (
     DiscoveredLaw,
     LawTerm,
     ProposedLaw,
+    _next,
     _options,
     beyond_film,
     beyond_steady,
@@ -347,6 +348,14 @@ def test_a_further_term_promises_what_a_fit_without_it_leaves(hidden, monkeypatc
 def test_a_further_term_is_not_constant_as_an_error_of_the_model_form_is(kind, names, monkeypatch):
     given = two_forces((("disc 1", "cubic"), ("disc 0", kind)), (20, 15), monkeypatch)
     assert extended(solved(*given, "disc 1", [LawTerm(TERMS["cubic"])]), *given).names == names
+
+
+@pytest.mark.parametrize(("first", "second"), [("dry", "cubic"), ("stiffness", "hidden mass")])
+def test_next_to_a_force_that_bends_no_term_remembers_though_it_would_explain_more(first, second):
+    """Dry friction under a housing came with a hidden mass, which no plant runs next to it."""
+    options = [LawTerm(TERMS["hidden mass"], (("resonance", 400.0), ("damping_ratio", 0.02))), LawTerm(TERMS["cubic"])]
+    view = SimpleNamespace(drop=lambda *numbers: ({(0, 1): 300.0, (0, 2): 200.0}[numbers], None))
+    assert options[_next(view, range(1), options, [LawTerm(TERMS[first])], 1)].term.name == second
 
 
 def test_the_module_of_a_law_at_two_places_has_an_effect_at_each_and_the_force_of_its_own_terms():
