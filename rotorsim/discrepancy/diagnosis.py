@@ -625,18 +625,16 @@ class DiagnosisRun:
 
         A law has to explain the records clearly better than the best effects of the catalogue, both next to a
         calibration that has converged: one that has not makes any further term look good. It is not looked for where a
-        group of lines shows a calibration, or next to a film the name of a force or a film that leaves no group of
-        other records beyond the floor. A verdict that no group shows, and a tie that leaves groups beyond the floor
-        where it was not fitted, are not given where such a law is not borne out, nor peace where a constant force is
-        there. What does not repeat is the verdict where nothing else is open, and else a note; so is a random force
-        next to a drift.
+        group of lines shows a calibration, or next to a film the name of a force or a film. A verdict that no group
+        shows, and a tie that leaves groups beyond the floor where it was not fitted, are not given where such a law is
+        not borne out, nor peace where a constant force is there. What does not repeat is the verdict where nothing else
+        is open, and else a note; so is a random force next to a drift.
         """
         status = judgement.verdict.status
         lacking = cannot_tell(self.fitted.trials)
         unanswered = status in ("unknown", "partial")
         faint = not (unanswered or flags)
-        open_to_laws = self.machine.film is None or judgement.left or _at_input(judgement.verdict.best)
-        named = status == "named" and bool(open_to_laws)
+        named = status == "named" and (self.machine.film is None or _at_input(judgement.verdict.best))
         if not (unanswered or faint or named or status in ("tie", "no_disagreement")):
             return None
         if lacking:
