@@ -690,7 +690,7 @@ class DiagnosisRun:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
 
         It has not where a sum of squares that is `wanted` is out of reach, or after a few rounds where groups are beyond
-        the floor; where none is, what a further round takes would pass for a law that all records together show.
+        the floor; where none is, what further rounds take would pass for a law that all records together show.
 
         The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
         """
