@@ -689,8 +689,8 @@ class DiagnosisRun:
     def _with_shear(self, fit: ParameterFit, wanted: float = np.inf) -> ParameterFit:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
 
-        It has not where a sum of squares that is `wanted` is out of reach, or after a few rounds where groups are beyond
-        the floor; where none is, what further rounds take would pass for a law that all records together show.
+        It has not where a sum of squares that is `wanted` is out of reach, or after a few rounds where groups are
+        beyond the floor; where none is, what further rounds take would pass for a law that all records together show.
 
         The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
         """
