@@ -726,13 +726,19 @@ class DiagnosisRun:
     def _with_shear(self, fit: ParameterFit, wanted: float = np.inf) -> ParameterFit:
         """A fit that has converged with the shaft's shear among its numbers: what a beam leaves is not for a law.
 
-        It has not where a sum of squares that is `wanted` is out of reach.
+        It has not where a sum of squares that is `wanted` is out of reach, or after a few rounds where groups are
+        beyond the floor; where none is, what further rounds take would pass for a law that all records together show.
 
         The shear of a thick shaft, whose stiffness is not linear in it, stays that of the machine file.
         """
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
-        longer = replace(fit, parameters=(*fit.parameters, *own))
-        return finished(self.fitted, longer, lambda: self.progress("discover"), central=False, wanted=wanted)
+        fit = replace(fit, parameters=(*fit.parameters, *own))
+        while True:
+            last = fit
+            fit = finished(self.fitted, fit, lambda: self.progress("discover"), central=False, wanted=wanted)
+            done = np.isfinite(wanted) or min(last.cost - fit.cost, fall(fit)) < AS_FAR
+            if done or flagged(table(self.fitted, fit.residual)):
+                return fit
 
     def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.

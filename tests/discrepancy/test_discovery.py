@@ -1085,6 +1085,24 @@ def test_the_shear_of_a_thick_shaft_is_not_fitted(diameter, fitted, monkeypatch)
     assert (SHEAR in found.parameters) == fitted
 
 
+@pytest.mark.parametrize(("costs", "flags", "wanted", "rounds"), [
+    ((7400.0, 7215.0, 7078.0, 7078.0), [], np.inf, 3), ((7400.0, 7215.0, 7078.0, 7078.0), [1], np.inf, 1),
+    ((7400.0, 7215.0, 7078.0, 7078.0), [], 5000.0, 1), ((7400.0, 7396.0, 7078.0, 7078.0), [], np.inf, 1),
+])  # fmt: skip
+def test_a_calibration_that_no_group_disturbs_is_fitted_until_a_round_takes_little(
+    costs, flags, wanted, rounds, monkeypatch
+):
+    """A rotor without a law had 119 to go: a stiffness at a place took that, and was noted as a force."""
+    room, left = "rotorsim.discrepancy.diagnosis", iter(costs[1:])
+    fit = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), costs[0])
+    monkeypatch.setattr(f"{room}.finished", lambda part, fit, central, wanted: replace(fit, cost=next(left)))
+    monkeypatch.setattr(f"{room}.fall", lambda fit: fit.cost - 7000.0)
+    monkeypatch.setattr(f"{room}.table", lambda part, residual: [])
+    monkeypatch.setattr(f"{room}.flagged", lambda groups: flags)
+    found = DiagnosisRun(machine_of_laws(), None, {"fit": None}, (), [], 0.0, print)._with_shear(fit, wanted)
+    assert found.cost == costs[rounds]
+
+
 def test_the_share_of_shear_is_that_of_the_first_bending_mode_of_a_free_beam():
     """First order in E I / (kappa G A L^2), by 12.30 of the clamped mode's slope; kappa of Cowper, 1/30 slender."""
     text = load_machine("plain_rotor").text.replace("10 MN/m", "1 kN/m")
