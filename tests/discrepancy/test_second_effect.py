@@ -120,7 +120,7 @@ def test_a_force_has_a_counterpart_of_its_own_injector(key, other):
 
 @pytest.mark.parametrize("name", ["dtu_gas_bearing", "plain_rotor", "foil_turbo_rotor"])
 def test_the_whole_catalogue_has_every_counterpart_among_its_candidates(name):
-    """What a counterpart explains is then measured, and not taken for granted."""
+    """A fit then measures how much the counterpart explains."""
     keys = {form.key for form in candidates(Twin(load_machine(name), (16, 4), 2e-4))}
     found = [one[0] for one in map(counterpart, keys) if one is not None]
     assert found and set(found) <= keys

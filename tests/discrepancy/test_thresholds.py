@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identification import make_record
+from rotorsim.discrepancy import diagnosis
 from rotorsim.discrepancy.calibration import COMPLIANCE_LIMITS, LOSS_LIMITS, LOSS_SD, FitParameter, ParameterPoint
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit
 from rotorsim.discrepancy.data_vector import own_scatter, scatter_of_repeats
@@ -720,3 +721,14 @@ def test_an_error_of_the_sensors_is_named_where_no_force_at_its_order_leaves_nea
     ratio = sum(e.probability for e in given if e.beyond) / next(e.probability for e in given if e.effects == RUNOUT)
     assert ratio == pytest.approx(np.exp(-worse / 8)) and sum(e.probability for e in given) == pytest.approx(1.0)
     assert judged(AllEvidence(search("named", one), given, frozenset(KNOWN))).verdict.status == status
+
+
+@pytest.mark.parametrize(("promise", "fitted_too"), [(45.0, False), (55.0, True)])
+def test_effects_that_no_group_shows_are_fitted_from_half_of_what_a_name_takes(promise, fitted_too, monkeypatch):
+    """A tie below a name is of hypotheses that were fitted."""
+    one, given = fitted(BOW), SimpleNamespace(promise=lambda: promise)
+    run, base = object.__new__(DiagnosisRun), SimpleNamespace(parameters=(), vector=np.zeros(0))
+    run.laws, run.tried, run._search = None, (), lambda *args: given
+    monkeypatch.setattr(diagnosis, "judge", lambda found: SearchVerdict("unknown", tried=(one,)))
+    verdict, _ = run._name(base, [], [])
+    assert (verdict.status, verdict.tried) == ("no_disagreement", (one,) if fitted_too else ())
