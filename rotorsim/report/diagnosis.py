@@ -101,7 +101,6 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     meaning = NOTHING_BEYOND if scattered else d.texts.meaning
     notes = f"{len(d.notes)} notes" if len(d.notes) > 1 else "a note"
     unmarked = UNMARKED.get(d.status, "Nothing is marked: no effect was found.")
-    stages = {"nominal": "file as given", "with effect": "with the effect"}
     blocks = [
         Block("Where on the machine", "" if sentences else unmarked,
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
@@ -109,7 +108,7 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
         Block("Gap before and after", "Rms of measured less simulated; line: scatter.",
               figure=gap_by_role(d), tools=False,
-              legend=[(stages.get(name, name), colour) for name, colour in stages_of(d).items()]),
+              legend=list(stages_of(d).items())),
     ]  # fmt: skip
     if d.explanations:
         blocks.insert(0, Block("How probable each explanation is", figure=leading_odds(d), tools=False))
@@ -321,7 +320,7 @@ def _gap_table(d: Diagnosis) -> Block:
                 (str(d.gap["role"].values[i]).replace("_", " "), str(record), str(d.gap["point"].values[i]), axis,
                  f"{g[0]:.3f}", f"{g[1]:.3f}", f"{g[2]:.3f}" if d.explained else "", f"{g[3]:.3f}")
             )  # fmt: skip
-    sizes = (f"{name} [um rms]" for name in ("nominal", "re-calibrated", "with effect", "scatter"))
+    sizes = (f"{name} [um rms]" for name in ("file as given", "re-calibrated", "with the effect", "scatter"))
     heads = ("role", "record", "point", "channel", *sizes)
     return Block("The gap as numbers", heads=heads, rows=rows, folded=True)
 
@@ -382,7 +381,7 @@ def _tried(d: Diagnosis) -> Block:
     return Block("Everything that was re-fitted", heads=heads, rows=rows, folded=True)
 
 
-COLOURS = {"nominal": "#8a949e", "re-calibrated": AXIS_COLOURS["y"], "with effect": AXIS_COLOURS["x"]}
+COLOURS = {"file as given": "#8a949e", "re-calibrated": AXIS_COLOURS["y"], "with the effect": AXIS_COLOURS["x"]}
 
 
 def flag_map(diagnosis: Diagnosis) -> go.Figure:
@@ -409,7 +408,7 @@ def flag_map(diagnosis: Diagnosis) -> go.Figure:
 
 
 def gap_bars(diagnosis: Diagnosis) -> go.Figure:
-    """Gap of every record and both channels together: nominal, re-calibrated, with the effect, and the scatter."""
+    """Gap of every record, both channels together: file as given, re-calibrated, with the effect, and the scatter."""
     gap = diagnosis.gap
     total = np.sqrt(np.nansum(gap["gap"].values ** 2, axis=1)) * TO_UM
     order = np.argsort([("fit", "held_out", "untouched").index(r) for r in gap["role"].values], kind="stable")
@@ -420,9 +419,7 @@ def gap_bars(diagnosis: Diagnosis) -> go.Figure:
         name = in_lines(f"{name} ({len(names) + 1})" if in_lines(name) in names else name)
         names.append(name)
     figure = go.Figure()
-    for s, (stage, colour) in enumerate(COLOURS.items()):
-        if stage == "with effect" and not diagnosis.explained:
-            continue
+    for s, (stage, colour) in enumerate(stages_of(diagnosis).items()):
         figure.add_bar(y=names, x=compact(total[order, s]), name=stage, marker_color=colour, orientation="h")
     figure.add_scatter(
         y=names, x=compact(total[order, 3]), name="scatter", mode="markers",
@@ -445,7 +442,7 @@ def spectra(shown: dict[str, Any], with_effect: bool) -> go.Figure:
         lines = [("measured", shown["measured"][c], "#8a949e", 1), ("re-calibrated", shown["stages"][1][c],
                  COLOURS["re-calibrated"], 1.4)]  # fmt: skip
         if with_effect:
-            lines.append(("with effect", shown["stages"][2][c], COLOURS["with effect"], 1.4))
+            lines.append(("with the effect", shown["stages"][2][c], COLOURS["with the effect"], 1.4))
         lines.append(("floor", shown["floor"][c], NEUTRAL, 1.4))
         for name, y, colour, width in lines:
             figure.add_scatter(
@@ -474,7 +471,7 @@ def bode(parts: list[dict[str, Any]], number: int, with_effect: bool) -> go.Figu
 
     curves = [("measured", joined([p["measured_vectors"] for p in parts]), INK, "markers")]
     for stage, (name, colour) in enumerate(COLOURS.items()):
-        if name != "with effect" or with_effect:
+        if name != "with the effect" or with_effect:
             curves.append((name, joined([p["simulated_vectors"][stage] for p in parts]), colour, "lines"))
     middle = [np.nan, np.nan]
     for name, values, colour, mode in curves:
@@ -501,7 +498,7 @@ def waterfall(diagnosis: Diagnosis, with_effect: bool) -> go.Figure:
     """Residual spectra of all records over the speed, before and after, disc x."""
     every = sorted((s for part in diagnosis.spectra.values() for s in part), key=lambda s: s["speed"])
     columns = 2 if with_effect else 1
-    titles = ("re-calibrated", "with effect")[:columns]
+    titles = ("re-calibrated", "with the effect")[:columns]
     figure = make_subplots(rows=1, cols=columns, shared_yaxes=True, subplot_titles=titles, horizontal_spacing=0.05)
     top = max(float(s["stages"][1].max()) for s in every) * TO_UM
     for k in range(columns):
@@ -532,9 +529,9 @@ def leading_odds(diagnosis: Diagnosis) -> go.Figure:
     """Probability [%] of the leading explanations; the rest together."""
     shown = [e for e in diagnosis.leading if e.probability >= LEAST_SHOWN]
     rest = sum(e.probability for e in diagnosis.leading) - sum(e.probability for e in shown[:MOST])
-    bars = [(_name(e), e.probability, NEUTRAL if e.beyond or not e.effects else COLOURS["with effect"])
+    bars = [(_name(e), e.probability, NEUTRAL if e.beyond or not e.effects else COLOURS["with the effect"])
             for e in shown[:MOST]]  # fmt: skip
-    bars += [("all others", rest, COLOURS["nominal"])] if rest >= 0.005 else []
+    bars += [("all others", rest, COLOURS["file as given"])] if rest >= 0.005 else []
     names, shares, colours = (list(column) for column in zip(*bars, strict=True))
     figure = go.Figure(
         go.Bar(
@@ -566,7 +563,7 @@ def in_lines(text: str) -> str:
 
 def stages_of(diagnosis: Diagnosis) -> dict[str, str]:
     """Stages of the gap that a diagnosis has, with their colours."""
-    return {name: colour for name, colour in COLOURS.items() if name != "with effect" or diagnosis.explained}
+    return {name: colour for name, colour in COLOURS.items() if name != "with the effect" or diagnosis.explained}
 
 
 def gap_by_role(diagnosis: Diagnosis) -> go.Figure:
@@ -578,13 +575,12 @@ def gap_by_role(diagnosis: Diagnosis) -> go.Figure:
     names = [f"{len(of_role)} {ROLES[role]}" for role, of_role in own.items()]
     size = np.array([np.sqrt(of_role.mean(axis=0)) for of_role in own.values()]).reshape(len(own), -1) * TO_UM
     figure = go.Figure()
-    for stage, (name, colour) in enumerate(COLOURS.items()):
-        if name in stages_of(diagnosis):
-            figure.add_bar(
-                y=names, x=compact(size[:, stage]), name=name, orientation="h",
-                marker_color=colour, texttemplate="%{x:.2g}", textposition="outside", cliponaxis=False,
-                textfont={"size": 11}, constraintext="none",
-            )  # fmt: skip
+    for stage, (name, colour) in enumerate(stages_of(diagnosis).items()):
+        figure.add_bar(
+            y=names, x=compact(size[:, stage]), name=name, orientation="h",
+            marker_color=colour, texttemplate="%{x:.2g}", textposition="outside", cliponaxis=False,
+            textfont={"size": 11}, constraintext="none",
+        )  # fmt: skip
     figure.add_scatter(
         y=names, x=compact(size[:, 3]), name="scatter", mode="markers",
         marker={"symbol": "line-ns", "size": 34, "line": {"width": 2, "color": INK}},

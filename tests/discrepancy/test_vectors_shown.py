@@ -89,7 +89,7 @@ def test_a_bode_plot_holds_what_was_measured_and_what_was_simulated(twin):
     shown = spectra_of(c, [ParameterPoint(), None, None])
     figure = bode(shown, 0, with_effect=False)
     names = [trace.name for trace in figure.data]
-    assert set(names) == {"measured", "nominal", "re-calibrated"}
+    assert set(names) == {"measured", "file as given", "re-calibrated"}
     np.testing.assert_allclose(figure.data[0].x, c.trials[0].speeds * 30 / np.pi, rtol=1e-6)
     np.testing.assert_allclose(figure.data[0].y, 20.0, rtol=1e-6)
     np.testing.assert_allclose(figure.data[1].y, np.degrees(1.2), rtol=1e-6)
