@@ -131,8 +131,8 @@ def test_a_verdict_is_right_by_form_and_place(law, found, outcome, monkeypatch):
     case = LawCase(BY_NAME[law], "left bearing", 2.0, RIG, 1)
     place = f"the bearing {case.place.split()[0]}"
     monkeypatch.setattr("studies.benchmarks.foreign_laws.reduction", lambda gap: 1.0)
-    own = SimpleNamespace(place=place, near=(), tied=(), kinds=found.get("kinds", ()), terms={"cubic": (1.05 * case.size, 0.0)},
-                          places=())  # fmt: skip
+    own = SimpleNamespace(place=place, near=(), tied=(), kinds=found.get("kinds", ()), places=(),
+                          terms={"cubic": (1.05 * case.size, 0.0)})  # fmt: skip
     force = SimpleNamespace(kind="line", place=place, others=())
     verdict = SimpleNamespace(status=found["status"], gap=None, stochastic=force,
                               discovered=own if found["status"] == "discovered" else None)  # fmt: skip
@@ -167,7 +167,8 @@ def test_of_two_laws_at_a_place_one_or_both_may_be_found(kinds, place, outcome, 
 def test_two_laws_at_two_places_are_right_each_at_its_own(places, outcome, monkeypatch):
     monkeypatch.setattr("studies.benchmarks.foreign_laws.reduction", lambda gap: 1.0)
     case = LawCase(BY_NAME["cubic"], "disc 1", 2.0, RIG, 1, LawCase(BY_NAME["dry"], "left bearing", 0.5, RIG, 1))
-    own = SimpleNamespace(place=places[0], near=(), tied=(), kinds=("cubic", "dry"), places=tuple((z, 0.0) for z in places),
+    own = SimpleNamespace(place=places[0], near=(), tied=(), kinds=("cubic", "dry"),
+                          places=tuple((z, 0.0) for z in places),
                           terms={"cubic": (2.0, 0.0), "dry": (0.55, 0.0)})  # fmt: skip
     seen = judged(case, SimpleNamespace(status="discovered", gap=None, discovered=own))
     assert seen["outcome"] == outcome and seen["error"] == pytest.approx(0.1)
