@@ -1095,7 +1095,7 @@ def test_a_calibration_that_no_group_disturbs_is_fitted_until_a_round_takes_litt
     """A rotor without a law had 119 to go: a stiffness at a place took that, and was noted as a force."""
     room, left = "rotorsim.discrepancy.diagnosis", iter(costs[1:])
     fit = ParameterFit((), ParameterPoint(), np.zeros(1), np.zeros((1, 0)), costs[0])
-    monkeypatch.setattr(f"{room}.finished", lambda part, fit, central, wanted: replace(fit, cost=next(left)))
+    monkeypatch.setattr(f"{room}.finished", lambda part, fit, step, central, wanted: replace(fit, cost=next(left)))
     monkeypatch.setattr(f"{room}.fall", lambda fit: fit.cost - 7000.0)
     monkeypatch.setattr(f"{room}.table", lambda part, residual: [])
     monkeypatch.setattr(f"{room}.flagged", lambda groups: flags)
