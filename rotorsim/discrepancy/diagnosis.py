@@ -258,6 +258,7 @@ NO_MEMORY = (
 """Note on laws with a memory that the records do not show either."""
 LITTLE = "a law takes 95 %"
 NOT_BORNE_OUT = "records that were not fitted do not bear it out, or another law or effect explains them as well"
+AT_END = "{} ends at the limit of what is searched, where it is another law"
 """Reasons for which a law is not given."""
 TOO_UNSTEADY = (
     "a law was looked for at all places; the best one, {}, is not fitted: a law has to take 95 % of the misfit, and "
@@ -457,10 +458,20 @@ def _at_input(best: Hypothesis | None) -> bool:
     return best is not None and all(REGISTRY[f.effect].port in OF_INPUT for f in best.forms)
 
 
-def refused(name: str, gone: float, sentence: str = NO_LAW) -> str:
-    """Sentence on the law that came nearest, with the share of the misfit that it takes, and why it is not given."""
-    reason = LITTLE if gone < ENOUGH else NOT_BORNE_OUT
+def refused(name: str, gone: float, sentence: str = NO_LAW, ended: Sequence[str] = ()) -> str:
+    """Sentence on the law that came nearest, with the share of the misfit that it takes, and why it is not given.
+
+    `ended` has the numbers of its shape that are at a limit.
+    """
+    reason = AT_END.format(" and ".join(ended)) if ended else LITTLE if gone < ENOUGH else NOT_BORNE_OUT
     return sentence.format(name=name, gone=int(100 * max(gone, 0.0)), reason=reason)
+
+
+def at_end(law: Hypothesis) -> tuple[str, ...]:
+    """Numbers of a law's shape that its fit leaves at a limit: a spring with no reach is dry friction."""
+    shapes = {k.name for form in law.forms for k in form.refine}
+    pairs = zip(law.fit.parameters, law.fit.vector, strict=True)
+    return tuple(k.key.rpartition(".")[2] for k, v in pairs if k.name in shapes and not k.low < v < k.high)
 
 
 @dataclass(eq=False)
@@ -872,6 +883,8 @@ class DiagnosisRun:
                     return AS_NEAR.format(law.names, " with ".join(rival.keys))
                 near = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
                 return refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
+            if ended := at_end(best):
+                return refused(" with ".join(best.keys), best.gone, ended=ended)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
                 return ""

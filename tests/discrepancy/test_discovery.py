@@ -17,6 +17,7 @@ from rotorsim.discrepancy.comparison import TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import TOLERANCE
 from rotorsim.discrepancy.diagnosis import (
     AS_NEAR,
+    AT_END,
     LITTLE,
     NO_LAW,
     NO_MEMORY,
@@ -24,6 +25,7 @@ from rotorsim.discrepancy.diagnosis import (
     NOT_BORNE_OUT,
     TOO_UNSTEADY,
     DiagnosisRun,
+    at_end,
     refused,
     trials_of,
 )
@@ -1502,6 +1504,18 @@ def test_several_terms_give_way_to_a_memory_that_leaves_less_of_the_held_out_gap
 def test_a_law_that_is_not_given_is_named_with_what_it_takes_and_why(gone, share, reason, sentence):
     text = refused("cubic of disc 1", gone, sentence)
     assert "cubic of disc 1" in text and f"takes {share}" in text and text.endswith(reason)
+
+
+@pytest.mark.parametrize(("moved", "ended"), [(-0.9e-6, ("reach",)), (1e-6, ("reach",)), (-0.5e-6, ()), (0.0, ())])
+def test_a_law_whose_shape_ends_at_a_limit_is_another_law(moved, ended):
+    """Dry friction was given as a spring with a reach of a nanometre."""
+    size, reach = (FitParameter(f"law_a.0.{key}", 0.1 * value, low=-0.9 * value, high=value)
+                   for key, value in (("slipping_spring", 1e6), ("reach", 1e-6)))  # fmt: skip
+    point = ParameterPoint(values={size: -0.9e6, reach: moved})
+    fit = ParameterFit((size, reach), point, np.zeros(1), np.zeros((1, 2)), 0.0)
+    law = Hypothesis((Form("law_a", "slipping spring", (size,), {}, (reach,)),), fit, 0.0, 0.0, 0.0)
+    text = refused("a spring", 0.99, ended=ended)
+    assert at_end(law) == ended and text.endswith(AT_END.format("reach") if ended else NOT_BORNE_OUT)
 
 
 @pytest.mark.parametrize(
