@@ -228,6 +228,8 @@ NAMED_PROBES = "x and y of the sensors are the probes {0} and {1}, in their own 
 """Note on records whose channels are their probes."""
 FAINT_HINT = 2 * ONE_FAR
 """Fall of the sum of squares by an effect from which on a note states it where no name is given."""
+MOST_ROUNDS = 10
+"""Most rounds in which a calibration that no group disturbs converges."""
 FINER = 0.1
 """Share by which the tolerance that records show is below the declared one where a law is fitted with it."""
 THICK = 0.1
@@ -237,14 +239,11 @@ EXACT = (
     "{:.2g} %: its numbers are fitted with that"
 )
 """Note on a law that leaves less than the declared tolerance."""
-NO_LAW = (
-    "a law was looked for at all places; the nearest, {name}, takes {gone} % of what is beyond the floor and is not "
-    "given: {reason}"
-)
+NO_LAW = "a law was looked for at all places; the nearest, {name}, {taken} and is not given: {reason}"
 """Note on records that show no law either."""
 AS_NEAR = (
-    "a law was looked for at all places; the best one, {}, and {} leave nearly as much of all records, held-out ones "
-    "too: a tie, and the law is not given"
+    "a law was looked for at all places; the best one, {}, and {} leave nearly the same sum of squares of all records, "
+    "held-out ones too: a tie, and the law is not given"
 )
 """Note on a law that effects of the catalogue nearly equal."""
 NONE_CLEAR = (
@@ -253,9 +252,11 @@ NONE_CLEAR = (
 """Note on records of which no law is better."""
 NO_MEMORY = (
     "a spring that slips and a hidden mass, whose forces remember the motion, were tried too; the nearest, {name}, "
-    "takes {gone} % and is not given: {reason}"
+    "{taken} and is not given: {reason}"
 )
 """Note on laws with a memory that the records do not show either."""
+TAKEN, TOGETHER = "takes {} % of what is beyond the floor", "shows in all groups of lines together, in none by itself"
+"""How much a law takes."""
 LITTLE = "a law takes 95 %"
 NOT_BORNE_OUT = "records that were not fitted do not bear it out, or another law or effect explains them as well"
 AT_END = "{} ends at the limit of what is searched, where it is another law"
@@ -265,7 +266,7 @@ TOO_UNSTEADY = (
     "more than the rest does not repeat from period to period"
 )
 """Note on records of which no law can be borne out."""
-WITHDRAWN = "{} is not given either: the law that is not borne out leaves less than that of the records"
+WITHDRAWN = "{} is not given either: the law that is not borne out leaves a smaller sum of squares"
 """Note on a name or a tie that is not given."""
 NEEDLESS = (
     "{} is not given: no group of lines shows it, and next to a calibration that has converged, the shear of the shaft "
@@ -461,17 +462,17 @@ def _at_input(best: Hypothesis | None) -> bool:
 def refused(name: str, gone: float, sentence: str = NO_LAW, ended: Sequence[str] = ()) -> str:
     """Sentence on the law that came nearest, with the share of the misfit that it takes, and why it is not given.
 
-    `ended` has the numbers of its shape that are at a limit.
+    The share is NaN where no group is beyond the floor; `ended` has the numbers of its shape that are at a limit.
     """
     reason = AT_END.format(" and ".join(ended)) if ended else LITTLE if gone < ENOUGH else NOT_BORNE_OUT
-    return sentence.format(name=name, gone=int(100 * max(gone, 0.0)), reason=reason)
+    taken = TOGETHER if np.isnan(gone) else TAKEN.format(int(100 * max(gone, 0.0)))
+    return sentence.format(name=name, taken=taken, reason=reason)
 
 
 def at_end(law: Hypothesis) -> tuple[str, ...]:
     """Numbers of a law's shape that its fit leaves at a limit: a spring with no reach is dry friction."""
-    shapes = {k.name for form in law.forms for k in form.refine}
-    pairs = zip(law.fit.parameters, law.fit.vector, strict=True)
-    return tuple(k.key.rpartition(".")[2] for k, v in pairs if k.name in shapes and not k.low < v < k.high)
+    shapes = [k for form in law.forms for k in form.refine]
+    return tuple(k.key.rpartition(".")[2] for k in shapes if not k.low < law.fit.point.values.get(k, 0.0) < k.high)
 
 
 @dataclass(eq=False)
@@ -744,12 +745,13 @@ class DiagnosisRun:
         """
         own = () if Mesh(self.machine).shear_share > THICK else (SHEAR,)
         fit = replace(fit, parameters=(*fit.parameters, *own))
-        while True:
+        for _ in range(MOST_ROUNDS):
             last = fit
             fit = finished(self.fitted, fit, lambda: self.progress("discover"), central=False, wanted=wanted)
             done = np.isfinite(wanted) or min(last.cost - fit.cost, fall(fit)) < AS_FAR
             if done or flagged(table(self.fitted, fit.residual)):
-                return fit
+                break
+        return fit
 
     def _rivals_converged(self, rivals: Sequence[Hypothesis], law: float) -> list[Hypothesis]:
         """Two rivals of a law after they have converged: the nearest to the records, and the one that may come nearest.
@@ -879,12 +881,13 @@ class DiagnosisRun:
             holds = best is not None and judgement.verdict.status != "partial" and len(best.forms) == 1
             ahead = 0.0 if best is None else known - own._total(best)
             if best is None or not (holds and sure and ahead > CLEAR):
-                if rival is not None and holds and 0 < ahead <= CLEAR and self._total(rival) == known:
-                    return AS_NEAR.format(law.names, " with ".join(rival.keys))
+                if best and rival and holds and 0 < ahead <= CLEAR and self._total(rival) == known:
+                    return AS_NEAR.format(*(" with ".join(one.keys) for one in (best, rival)))
                 near = min((h for h in judgement.verdict.fitted if not h.failed), key=priced, default=None)
-                return refused(*(law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone))
+                name, gone = (law.names, 0.0) if near is None else (" with ".join(near.keys), near.gone)
+                return refused(name, gone if flags else np.nan)
             if ended := at_end(best):
-                return refused(" with ".join(best.keys), best.gone, ended=ended)
+                return refused(" with ".join(best.keys), best.gone if flags else np.nan, ended=ended)
             [proposal] = [one for one in laws if one.names == best.keys[0]]
             if further and (strained(best.fit) or promised_fall(further, seen["fit"], best.fit) >= CLEAR):
                 return ""
@@ -976,7 +979,7 @@ class DiagnosisRun:
         solutions.sort(key=lambda one: one.law.score)
         first, rivals = solutions[0], [one.law for one in solutions]
         if not borne_out(first, (*rivals, *others), self.parts, before, known):
-            gone = share_gone(first.law.left, excess(table(self.fitted, before["fit"])))
+            gone = share_gone(first.law.left, excess(table(self.fitted, before["fit"]))) if flags else np.nan
             return refused(first.law.names, gone, NO_MEMORY if others else NO_LAW)
         found = self._result(base, flags, Judgement(SearchVerdict("unknown"), ()), None, notes)
         gap = found.gap.copy(deep=True)

@@ -247,12 +247,14 @@ def propose(
 def remembering(fit: ObservedPlaces, held: ObservedPlaces | None, base: ParameterFit) -> list[ProposedLaw]:
     """A hidden mass alone, and a spring behind dry friction, each at the places that the records do not tell apart.
 
-    A large mass moves the shaft so much that the linear model proposes other terms with it.
+    A large mass moves the shaft so much that the linear model proposes other terms with it. A spring whose reach is
+    below all that were tried is dry friction.
     """
     mass = tuple(term for term in LIBRARY if term.resonates)
     masses = [replace(solved(fit, held, base, law.place, [replace(one, one=True) for one in law.terms]),
                       tried=law.tried) for law, _ in _by_place(fit, held, base, 1, mass)]  # fmt: skip
     springs = [law for law, _ in _by_place(fit, held, base, 1, (SLIPPING_SPRING,))]
+    springs = [law for law in springs if law.terms[0].shape >= _options(fit, law.place, (SLIPPING_SPRING,))[0].shape]
     return [law for laws in (masses, springs) for law in laws if law.score < min(one.score for one in laws) + NEAR]
 
 
@@ -653,7 +655,8 @@ class DiscoveredLaw:
         where = {place: [k for k, own in zip(self.kinds, at, strict=True) if own == place] for place in at}
         parts = " and ".join(f"{' with '.join(own)} at {place}" for place, own in where.items())
         tied = f" or {' or '.join(self.tied)}, which these records do not tell apart" if self.tied else ""
-        near = [name for name in self.near if not name.endswith(tuple(f" of {place}" for place in self.tied))]
+        same = {f"{' with '.join(self.kinds)} of {place}" for place in self.tied}
+        near = [name for name in self.near if name not in same]
         others = f" (these records do not exclude {'; '.join(near)})" if near else ""
         return f"{parts}{tied}{others}, {sizes}"
 

@@ -117,7 +117,7 @@ class CandidateForm:
     resembles : what would look the same but is not in the catalogue
     with_weight : forms that make nearly the same response in a rotor with a weight share this name
     from_value : parameter and value; a form that is found with at least that much of it may be another one of them
-    same_as : form whose force it makes where a parameter is in an interval: its key, the parameter, both ends
+    same_as : form whose force it nearly makes where a parameter is in an interval: its key, the parameter, both ends
     axes_only : known for sensors along x and y alone
     alone_of : forms of the same kind of force share this name and are not combined
     pinned : known for injectors with pins alone
