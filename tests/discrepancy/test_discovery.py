@@ -1577,7 +1577,8 @@ def test_the_plant_runs_a_spring_behind_dry_friction_unless_another_form_explain
 def test_a_spring_with_a_reach_below_all_that_were_tried_is_dry_friction(share, kept, monkeypatch):
     """The linear model made dry friction of a bearing a spring with a reach of a nanometre."""
     seen = SimpleNamespace(largest=lambda place: 2e-6, motions={"a": ()})
-    spring = replace(law_of("cubic"), place="a", terms=(LawTerm(SLIPPING_SPRING, (("reach", share * 2e-6),), one=True),))
+    term = LawTerm(SLIPPING_SPRING, (("reach", share * 2e-6),), one=True)
+    spring = replace(law_of("cubic"), place="a", terms=(term,))
     monkeypatch.setattr("rotorsim.discrepancy.discovery._by_place",
                         lambda *given: [(spring, spring)] if given[-1] == (SLIPPING_SPRING,) else [])  # fmt: skip
     assert remembering(seen, None, None) == [spring] * kept
