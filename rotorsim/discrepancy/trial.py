@@ -428,15 +428,16 @@ def _apart_at_most(lines: np.ndarray) -> float:
 
 
 def with_repeats(trial: Trial, repeats: Sequence[Trial]) -> Trial:
-    """The trial, in motion from its first sample on where later blocks of all its `repeats` differ as its onset does.
+    """The trial, in motion from its first sample on where later blocks of its `repeats` differ as its onset does.
 
-    Two blocks alone are alike by chance in every fourth record that a random line moves.
+    Two blocks alone are alike by chance in every fourth record that a random line moves; changes within two records
+    add as squares. Blocks of different records are not compared: angles at the start and weights may differ.
     """
     if not trial.onset:
         return trial
-    later = len(trial.rows) // trial.length - len(trial.rows) // trial.length // 2
-    lines = np.concatenate([t.spectra[-later:][:, :, trial.excited] for t in repeats])
-    return replace(trial, settled=True, onset=None) if trial.onset < ONSET * _apart_at_most(lines) else trial
+    n, quiet = len(trial.rows) // trial.length, _apart(trial.broken, trial.speed, trial.length, len(trial.excited))
+    own = [_apart_at_most(t.spectra[(1 if t.settled else n // 2) - n :][:, :, trial.excited & quiet]) for t in repeats]
+    return replace(trial, settled=True, onset=None) if trial.onset < ONSET * np.linalg.norm(sorted(own)[-2:]) else trial
 
 
 def _excited(rows: np.ndarray, start: int, length: int, blocks: int, count: int) -> np.ndarray:

@@ -225,26 +225,38 @@ def test_a_line_that_does_not_repeat_is_no_onset():
     assert trial_of(rows, steady + other, 0.0, "line").settled
 
 
-def test_a_random_line_is_no_onset_where_the_blocks_of_repeats_differ_as_much_and_a_rest_is_one_in_each():
-    """Two later blocks that a random line moves alike make an onset of one record in four, of two that repeat in 25."""
-    rng, rows = np.random.default_rng(1), np.tile(shaken(0.0)[:4000], (4, 1))
+def moved_at_random(sizes, speed=0.0, unbalanced=0.0, angle=0.0):
+    """Record of four blocks with 1X and a line of 61.25 Hz, an excited one: of its own amplitude (4, 2) in each."""
+    rows = np.tile(shaken(speed)[:4000], (4, 1))
     t, forced = np.arange(len(rows)) * 2e-4, 1e-6 * np.column_stack([rows[:, 4], rows[:, 5]])
+    waves = np.array([np.cos(2 * np.pi * 61.25 * t), np.sin(2 * np.pi * 61.25 * t)])
+    both = np.einsum("nk,kn->n", np.repeat(sizes, 4000, axis=0), waves)[:, None] + forced
+    turning = unbalanced * np.column_stack([np.cos(speed * t + angle), np.sin(speed * t + angle)])
+    return trial_of(rows, both + turning, angle, "r")
 
-    def record(sizes):
-        """A line at one of the excited ones, with an amplitude (4, 2) of its own in each block."""
-        waves = np.array([np.cos(2 * np.pi * 61.25 * t), np.sin(2 * np.pi * 61.25 * t)])
-        return trial_of(rows, forced + np.einsum("nk,kn->n", np.repeat(sizes, 4000, axis=0), waves)[:, None], 0.0, "r")
 
-    pairs = [[record(3e-6 * rng.normal(size=(4, 2))) for _ in (0, 1)] for _ in range(100)]
+def test_a_random_line_is_no_onset_where_the_blocks_of_repeats_differ_as_much_and_a_rest_is_one_in_each():
+    """Two later blocks that a random line moves alike make an onset of one record in four, of two that repeat in 18."""
+    rng = np.random.default_rng(1)
+    pairs = [[moved_at_random(3e-6 * rng.normal(size=(4, 2))) for _ in (0, 1)] for _ in range(100)]
     alone = np.mean([not t.settled for pair in pairs for t in pair])
     assert 0.2 < alone < 0.35
     assert np.mean([not with_repeats(t, pair).settled for pair in pairs for t in pair]) < 0.25 * alone
     fading = 5e-6 * 0.4 ** np.arange(4)[:, None] * np.ones(2)
-    at_rest = [record(fading + 2e-7 * rng.normal(size=(4, 2))) for _ in (0, 1)]
+    at_rest = [moved_at_random(fading + 2e-7 * rng.normal(size=(4, 2))) for _ in (0, 1)]
     assert not any(with_repeats(t, at_rest).settled for t in at_rest)
     # one that goes on in its motion is simulated by itself
-    mixed = [at_rest[0], record(2e-7 * rng.normal(size=(4, 2)))]
+    mixed = [at_rest[0], moved_at_random(2e-7 * rng.normal(size=(4, 2)))]
     assert [with_repeats(t, mixed).settled for t in mixed] == [False, True] and mixed[0].inputs != mixed[1].inputs
+
+
+@pytest.mark.parametrize("hertz", [61.25, 41.3])
+@pytest.mark.parametrize(("unbalanced", "angle"), [(2e-5, 0.0), (2e-5, 2.0), (1e-6, 0.0)])
+def test_a_rest_is_an_onset_whatever_the_angle_at_the_start_and_the_weights_of_repeats_are(hertz, unbalanced, angle):
+    """1X on an excited line, or between two of a block: it repeats within each record, not from one to the next."""
+    fading, speed = 1e-5 * 0.4 ** np.arange(4)[:, None] * np.ones(2), 2 * np.pi * hertz
+    pair = [moved_at_random(fading, speed, 2e-5, 0.0), moved_at_random(fading, speed, unbalanced, angle)]
+    assert [with_repeats(t, pair).settled for t in pair] == [False, False]
 
 
 def test_every_input_has_to_repeat_with_the_period():
