@@ -108,5 +108,5 @@ def test_another_sampling_rate_is_refused():
 
 def test_few_points_and_one_amplitude_are_noted():
     message = " ".join(limits([make_trial(record(np.zeros((12000, 2))))], True))
-    for words in ("1 operating points", "one speed only", "one excitation amplitude", "one pressure only"):
+    for words in ("operating points: 1", "one speed only", "one excitation amplitude", "one pressure only"):
         assert words in message
