@@ -166,12 +166,12 @@ def keeping() -> Iterator[None]:
     own = threading.current_thread() is threading.main_thread() and before is signal.SIG_DFL
     if own:
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-    _keeping.set()
+        _keeping.set()
     try:
         yield
     finally:
-        _keeping.clear()
         if own:
+            _keeping.clear()
             signal.signal(signal.SIGTERM, before)
 
 

@@ -201,7 +201,8 @@ def _diagnosed(
 
 
 def _print_note(note: str) -> None:
-    """Print a note before the work begins."""
+    """Print a note before the work begins, after the line of an earlier round's progress."""
+    end_line()
     print(f"note: {note}", file=sys.stderr, flush=True)
 
 

@@ -143,6 +143,7 @@ def force_places(machine: Machine, effect: type[Effect], recipe: CandidateForm) 
     """
     if (
         effect.port not in ("force", "motion")
+        or effect.influence != "node"
         or "position" not in {f.name for f in fields(effect)}
         or effect.calibration_of(machine)
     ):

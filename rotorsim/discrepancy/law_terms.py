@@ -38,6 +38,7 @@ from rotorsim.effects.base import BETWEEN, HOUSING
 from rotorsim.machine import Machine
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.plant.linearise import LinearPlant, linearise
+from rotorsim.plant.locations import OF_HOUSING
 from rotorsim.plant.mesh import Mesh
 from rotorsim.plant.simulation import settle
 
@@ -51,8 +52,6 @@ THINNEST = 0.02
 """Film thickness in a term, as a share of the clearance, below which it does not fall."""
 MOTION = ("u", "w", "du", "dw")
 """Names of displacement and velocity along the axis of an expression and across it."""
-OF_HOUSING = "the housing of "
-"""Beginning of the name of a housing as a place, before its bearing's."""
 OVER = 4
 """Moments of a block over its lines: products of three lines do not fold back."""
 MOMENTS, PART = 500, 0.25

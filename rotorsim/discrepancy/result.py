@@ -34,7 +34,7 @@ from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING,
 from rotorsim.effects import REGISTRY, Effect
 from rotorsim.effects.base import WHERE
 from rotorsim.machine import Machine
-from rotorsim.plant.locations import Place, acting_places, bearing_place, force_plane, place_at, probes_at
+from rotorsim.plant.locations import OF_HOUSING, Place, acting_places, bearing_place, force_plane, place_at, probes_at
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
 NOT_SURE = "Tie: the records show {effects}, but do not exclude: {others}."
 WITHIN_FORM = (
-    "No disagreement: that nothing is missing has {share}; {count} groups of lines are beyond the floor, but within "
-    "the error of the model's form."
+    "No disagreement: that nothing is missing has {share}; groups of lines beyond the floor, but within the error "
+    "of the model's form: {count}."
 )
 LEFT_OPEN = "These records leave open whether a bearing is far from its file: {}."
 MOVED_FROM_FILE = "Numbers that differ from the file: {}."
@@ -508,8 +508,9 @@ def located(diagnosis: Diagnosis) -> tuple[LocatedEffect, ...]:
 def _at(machine: Machine, names: Iterable[str]) -> tuple[Place, ...]:
     """Places of a law by their names, bearings by theirs; a name that is none has no place."""
     known, bearings = law_places(machine), dict(zip(machine.bearings_in_words, count(), strict=False))
-    return tuple(bearing_place(machine, bearings[name]) if name in bearings else place_at(machine, known[name])
-                 for name in names if name in known)  # fmt: skip
+    own = {name: name.removeprefix(OF_HOUSING) for name in names if name in known}
+    return tuple(bearing_place(machine, bearings[bearing], bearing != name) if bearing in bearings
+                 else place_at(machine, known[name]) for name, bearing in own.items())  # fmt: skip
 
 
 def _places(diagnosis: Diagnosis, key: str, effect: Effect) -> tuple[Place, ...]:

@@ -21,9 +21,10 @@ from rotorsim.base.errors import ConvergenceError, MachineFileError, NoAnswerErr
 from rotorsim.base.rounding import answer, decays
 from rotorsim.base.units import RIG_SAMPLE
 from rotorsim.discrepancy.changes import PLANE
-from rotorsim.effects import FILM_PORTS, REGISTRY, Effect, FilmEffect
+from rotorsim.effects import REGISTRY, Effect, FilmEffect
 from rotorsim.effects.base import OFF_SHAFT, WHERE
 from rotorsim.machine import Machine
+from rotorsim.machine.checks import misplaced
 from rotorsim.plant.assemble import Assembly, assemble, put_rows, states_of
 from rotorsim.plant.kernels.layout import READ
 from rotorsim.plant.kernels.modal_rotor import SLOT
@@ -60,11 +61,11 @@ FAILURES = (ConvergenceError, NoLiftOffError, MachineFileError, NoAnswerError)
 
 def fits(effect: Effect, machine: Machine) -> bool:
     """True if an effect has something to act on in the machine."""
-    if machine.film is None and effect.port in FILM_PORTS:
+    if misplaced(machine, effect) is not None:
         return False
     if effect.port in ("injector", "plenum") and not machine.injector_count(effect):
         return False
-    if effect.port in ("reference", "amplifier", "actuator") and not machine.injectors:
+    if effect.port == "actuator" and not machine.injectors:
         return False
     if effect.port in ("amplifier", "actuator") and (machine.actuators is None or machine.actuators.mode == "ideal"):
         return False

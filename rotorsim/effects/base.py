@@ -226,6 +226,7 @@ class Effect:
     """Place where it acts when `position` is not given: 'disc' (the first), 'film', 'bearing' (the first linear one) or
     'start' (the left shaft end). Where it is not given: 'film' for the ports of the gas film, else 'disc'."""
     influence: ClassVar[str] = "node"
+    """Motion on which it acts: one of `INFLUENCES`."""
     steady: ClassVar[bool] = False
     """Whether its force is constant in time, so that an equilibrium includes it."""
     states: ClassVar[int] = 0
@@ -349,6 +350,8 @@ class SampledEffect(Effect):
 
 HOUSING, BETWEEN = OFF_SHAFT = ("housing", "between")
 """Motions besides the shaft's: that of a bearing's housing, and that of the shaft against it."""
+INFLUENCES = ("node", "mass", "bow", *OFF_SHAFT)
+"""Motions on which an effect acts: a place's, the whole shaft's, a bow's, a housing's or the shaft's against it."""
 WHERE = ("position", "bearing")
 """Parameters that place an effect, which its kernel does not see."""
 SHIPPED = modules_below(__package__, Path(__file__).parent)
@@ -363,8 +366,8 @@ E = TypeVar("E", bound=Effect)
 def register(effect: type[E]) -> type[E]:
     """Make the class a frozen dataclass and known under its `name` (a decorator, also for a user's own module).
 
-    Raises ValueError for a class without kernel or port, for a port that does not exist, for the name of another, and
-    for a force of the motion that has states without `keep`, or the reverse, or is steady with them.
+    Raises ValueError for a class without kernel or port, for a port or an influence that does not exist, for the name
+    of another, and for a force of the motion that has states without `keep`, or the reverse, or is steady with them.
 
     Examples
     --------
@@ -383,8 +386,9 @@ def register(effect: type[E]) -> type[E]:
             raise ValueError(f"effect {effect.__name__}: has no {needed}; set it in the class, {needed} = ...")
     if "name" not in vars(effect):
         effect.name = effect.kernel.__name__
-    if effect.port not in PORTS:
-        raise ValueError(f"effect {effect.name}: port {effect.port!r} is none of {', '.join(PORTS)}")
+    for field, known in (("port", PORTS), ("influence", INFLUENCES)):
+        if (own := getattr(effect, field)) not in known:
+            raise ValueError(f"effect {effect.name}: {field} {own!r} is none of {', '.join(known)}")
     if effect.port == "motion" and (bool(effect.states) is (effect.keep is None) or (effect.states and effect.steady)):
         raise ValueError(
             f"effect {effect.name}: a force with states has a kernel keep and is not steady; set all three"

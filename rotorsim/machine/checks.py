@@ -18,6 +18,7 @@ from pydantic import BaseModel, ValidationError
 from rotorsim.base.quantity import quantities, quantity_of
 from rotorsim.base.units import show
 from rotorsim.effects import FILM_PORTS, Effect
+from rotorsim.effects.base import OFF_SHAFT
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.numerics import check_step
 from rotorsim.machine.part import Part, choices, sentences
@@ -272,7 +273,7 @@ def _once(machine: MachineTables) -> Problems:
 
 def _place(machine: MachineTables, path: str, effect: Effect) -> Problems:
     """An effect has something to act on."""
-    found = _misplaced(machine, effect)
+    found = misplaced(machine, effect)
     if found:
         yield f"{path}.{found[0]}".rstrip("."), found[1]
 
@@ -290,12 +291,12 @@ def _own(machine: MachineTables, path: str, effect: Effect) -> Problems:
         absent = value is None and getattr(type(effect), field, None) is None
         if not absent and (sentence := declared.fault(value)):
             yield f"{path}.{field}", sentence
-    if _misplaced(machine, effect) is None:
+    if misplaced(machine, effect) is None:
         for field, sentence in effect.problems(machine).items():
             yield f"{path}.{field}".rstrip("."), sentence
 
 
-def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
+def misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None:
     """Missing part of the machine on which an effect acts: field and sentence."""
     placed = getattr(effect, "position", None) is not None or effect.influence != "node"
     if effect.port in ("reference", "amplifier") and not machine.injectors:
@@ -303,6 +304,8 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
         return "", f"acts on the pins of injectors, but there are none; add [[injectors]]{where} or remove it"
     if (effect.place == "film" or effect.port in FILM_PORTS) and machine.film is None:
         return "", "acts in a gas film, but there is none; add one (kind = 'gas_film') or remove it"
+    if effect.influence in OFF_SHAFT and machine.housing_under(effect) is None:
+        return _no_housing(machine, effect)
     bearing = getattr(effect, "bearing", None)
     if effect.place == "bearing":
         springs = [str(i) for i, one in enumerate(machine.bearings) if one.kind == "linear"]
@@ -328,6 +331,17 @@ def _misplaced(machine: MachineTables, effect: Effect) -> tuple[str, str] | None
         middle = show(float(f"{machine.shaft.start + machine.shaft.length / 2:.3g}"), "m")
         return "position", f"missing, and there is no disc to act on; write e.g. '{middle}'"
     return None
+
+
+def _no_housing(machine: MachineTables, effect: Effect) -> tuple[str, str]:
+    """Field and sentence for an effect on a housing where none moves."""
+    z, places = getattr(effect, "position", None), [machine.bearings[i].position for i in machine.supported]
+    if not hasattr(effect, "position"):
+        return "", "acts on the housing of its bearing, which stands still; give that a support"
+    write = " or ".join(f"'{show(place, 'm')}'" for place in places) or "the position of a bearing with a support"
+    if z is None:
+        return "position", f"missing, and it acts on the housing of a bearing; write {write}"
+    return "position", f"at '{show(z, 'm')}' no housing moves; give a bearing there a support or write {write}"
 
 
 def _actuators(machine: MachineTables) -> Problems:

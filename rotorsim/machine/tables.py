@@ -25,6 +25,9 @@ from rotorsim.machine.numerics import Checked, Grid, Limits, Solver
 from rotorsim.machine.part import SI, Part, PartError, quantity, sentences, unknown_field
 from rotorsim.machine.rotor import AnyProbe, Disc, Drive, LumpedMass, Probe, Shaft
 
+SAME_PLACE = 1e-7
+"""Places nearer than this [m] are one."""
+
 
 def _kind(bearing: Any) -> str | None:
     kind = bearing.get("kind") if isinstance(bearing, dict) else getattr(bearing, "kind", None)
@@ -134,6 +137,20 @@ class MachineTables(Part):
     def supported(self) -> tuple[int, ...]:
         """Indices of the bearings in a housing that moves."""
         return tuple(i for i, bearing in enumerate(self.bearings) if bearing.support is not None)
+
+    def housing_at(self, z: float) -> int | None:
+        """Index of the bearing at a coordinate z [m] whose housing moves; None where there is none."""
+        return next((i for i in self.supported if abs(self.bearings[i].position - z) <= SAME_PLACE), None)
+
+    def housing_under(self, effect: Effect) -> int | None:
+        """Index of the bearing on whose housing an effect acts; None where no housing that moves is there."""
+        z = getattr(effect, "position", None)
+        if z is not None:
+            return self.housing_at(z)
+        own = self.spring_number(effect) if effect.place == "bearing" else None
+        if effect.place == "film" and self.films:
+            own = self.film_bearings[self.film_number(effect) or 0]
+        return own if own in self.supported else None
 
     def housing_of(self, probe: AnyProbe) -> int | None:
         """Index of the bearing on whose housing a probe is mounted; None where that stands still.

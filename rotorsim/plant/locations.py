@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 
 from rotorsim.effects import FILM_PORTS, Effect
+from rotorsim.effects.base import HOUSING, OFF_SHAFT
 from rotorsim.machine.gas_film import GasFilm
 from rotorsim.machine.rotor import AnyProbe, ShaftProbe, gain, reading_unit
 from rotorsim.machine.schema import Machine
+from rotorsim.machine.tables import SAME_PLACE
 from rotorsim.plant.kernels.layout import AROUND
-from rotorsim.plant.mesh import SAME_PLACE, Mesh
+from rotorsim.plant.mesh import Mesh
 
 OF_NOZZLES = ("injector", "plenum", "reference", "amplifier", "pin_sensor")
 """Ports of single injectors."""
@@ -28,6 +30,8 @@ DRIVEN = ("reference", "amplifier")
 """Ports of the electronics that drive the pins."""
 OF_PINS = ("reference", "amplifier", "actuator", "pin_sensor")
 """Ports of the pins."""
+OF_HOUSING = "the housing of "
+"""Beginning of the name of a housing as a place, before its bearing's."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +75,10 @@ def acting_places(machine: Machine, effect: Effect) -> tuple[Place, ...]:
         ends = [bearing.position for bearing in machine.bearings]
         return (_span("the shaft between the outermost bearings", min(ends), max(ends)),)
     mesh = Mesh(machine)
-    bearing = mesh.bearing_number(effect)
-    return (place_at(machine, mesh.place(effect)) if bearing is None else bearing_place(machine, bearing),)
+    bearing = machine.housing_under(effect) if effect.influence in OFF_SHAFT else mesh.bearing_number(effect)
+    if bearing is None:
+        return (place_at(machine, mesh.place(effect)),)
+    return (bearing_place(machine, bearing, effect.influence == HOUSING),)
 
 
 def probe_plane(machine: Machine) -> Place:
@@ -100,10 +106,10 @@ def place_at(machine: Machine, z: float) -> Place:
     return Place("shaft", f"the shaft at {_mm(z)}", z, z)
 
 
-def bearing_place(machine: Machine, number: int) -> Place:
-    """A bearing by its index; a gas film is as long as it is."""
+def bearing_place(machine: Machine, number: int, housing: bool = False) -> Place:
+    """A bearing by its index, or its housing; a gas film is as long as it is."""
     bearing = machine.bearings[number]
-    name = f"{machine.bearings_in_words[number]} at {_mm(bearing.position)}"
+    name = f"{OF_HOUSING * housing}{machine.bearings_in_words[number]} at {_mm(bearing.position)}"
     return Place("bearing", name, *bearing.ends)
 
 

@@ -29,8 +29,8 @@ from rotorsim.effects.base import HOUSING, OFF_SHAFT
 from rotorsim.machine.bearings import BearingPart, Support, TableBearing
 from rotorsim.machine.rotor import ShaftPiece
 from rotorsim.machine.schema import Machine
+from rotorsim.machine.tables import SAME_PLACE
 
-SAME_PLACE = 1e-7
 RIGID_MOTIONS = 4
 """Motions of a free shaft that bend nothing: two in each plane."""
 SHEAR_STEP = 1e-4
@@ -322,9 +322,8 @@ class Mesh:
         """
         if what not in OFF_SHAFT:
             return self.shape_between(z)
-        for number in self.machine.supported:
-            if abs(self.machine.bearings[number].position - z) <= SAME_PLACE:
-                return self.housing(number) if what == HOUSING else self.between(number)
+        if (number := self.machine.housing_at(z)) is not None:
+            return self.housing(number) if what == HOUSING else self.between(number)
         raise MachineFileError(
             f"effects: no housing moves {1e3 * z:.6g} mm along the shaft; give a bearing there a support",
             argument="position",

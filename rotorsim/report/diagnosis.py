@@ -16,6 +16,7 @@ from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.equivalent_input import EquivalentInput
 from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.gap import reduction
+from rotorsim.discrepancy.law_terms import PART
 from rotorsim.discrepancy.machine_file import difference
 from rotorsim.discrepancy.result import NOTHING_BEYOND, located
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOTHING, Explanation, shown_share
@@ -51,7 +52,10 @@ SPREAD = 2.0
 """Half width of the band of a law, in standard deviations."""
 MOST_TURNS = 4.0
 """Way of a force over a motion, in its own ranges, above which it is no function of that motion."""
-OVER_MOTION = "Force at the place over its motion{by}: dots are the records, the line is what was found"
+OVER_MOTION = (
+    f"Force at the place over its motion{{by}}, in {100 * PART:.0f} % of a record's period, or more of a short one, "
+    "about the largest motion: dots are the records, the line is what was found"
+)
 ALONE = ", its band two standard deviations of its numbers, taken one by one. "
 WITH_MORE = (
     " from moment to moment. The force depends on more than this motion; where it depends on the motion before, the "

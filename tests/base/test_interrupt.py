@@ -11,7 +11,7 @@ import pytest
 from fmu.archive import workspace
 from rotorsim.base import interrupt
 from rotorsim.base.files import replacing, replacing_all
-from rotorsim.base.interrupt import ALONE, APART, SENTENCE, Interrupt, apart
+from rotorsim.base.interrupt import ALONE, APART, SENTENCE, Interrupt, apart, keeping
 from waiting import PATIENCE, until
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -132,6 +132,20 @@ def test_after_ctrl_c_the_removal_of_what_was_begun_may_exceed_the_time_of_a_com
         with pytest.raises(error), block():
             raise error
         assert noted == right and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("handler", [signal.SIG_DFL, signal.SIG_IGN])
+def test_a_command_is_kept_only_where_it_receives_the_signal_and_until_the_outer_block_ends(handler):
+    before = signal.signal(signal.SIGTERM, handler)
+    try:
+        with keeping():
+            assert interrupt._keeping.is_set() == (handler is signal.SIG_DFL)
+            with keeping():
+                pass
+            assert interrupt._keeping.is_set() == (handler is signal.SIG_DFL)
+        assert not interrupt._keeping.is_set() and signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 @pytest.mark.parametrize("name", ["modes", *(pytest.param(n, marks=pytest.mark.slow) for n in ("runup", "map"))])

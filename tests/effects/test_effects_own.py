@@ -204,6 +204,12 @@ def test_the_name_of_another_effect_is_refused(own_module):
     assert REGISTRY["unbalance"] is unbalance and REGISTRY["own_mean"].__module__ == "own_one"
 
 
+@pytest.mark.parametrize(("field", "value"), [("port", "pull"), ("influence", "houzing")])
+def test_a_port_or_an_influence_that_does_not_exist_is_refused(field, value):
+    with pytest.raises(ValueError, match=f"^effect Bare: {field} '{value}' is none of "):
+        register(type("Bare", (Effect,), {"name": "Bare", "port": "force", "kernel": print, field: value}))
+
+
 @pytest.mark.parametrize(("part", "left"), [("kernel", {"port": "force"}), ("port", {"kernel": print})])
 def test_a_class_without_kernel_or_port_is_refused(part, left):
     with pytest.raises(ValueError, match=f"^effect Bare: has no {part}; set it in the class, {part} = "):

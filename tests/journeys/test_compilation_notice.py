@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reynolds.kernel_cache import KernelCache
-from rotorsim.commands.diagnosis import QUIET, STAGES, Stages
+from rotorsim.commands.diagnosis import QUIET, STAGES, Stages, _print_note
 from rotorsim.commands.options import note_compiling
 from rotorsim.discrepancy import calibration
 from rotorsim.machine import load_machine
@@ -92,6 +92,14 @@ def test_a_diagnosis_notes_in_a_pipe_each_stage_once_and_again_where_it_lasts(ca
     now[0] += QUIET + 1
     stages.show("check", 40)
     assert "step 1 of at most 40, 62 s" in capsys.readouterr().err
+
+
+def test_a_note_of_the_next_diagnosis_of_a_loop_stands_on_a_line_of_its_own(capsys, monkeypatch):
+    monkeypatch.setattr("rotorsim.base.display.on_terminal", lambda: True)
+    monkeypatch.setattr("rotorsim.commands.diagnosis.on_terminal", lambda: True)
+    Stages().show("check")
+    _print_note("a table")
+    assert capsys.readouterr().err.endswith("\nnote: a table\n")
 
 
 def test_the_numbers_of_stages_rise_and_begin_anew_with_the_next_diagnosis_of_a_loop(capsys, monkeypatch):

@@ -1,5 +1,7 @@
 """Housings under bearings, bearings as tables over the speed, axial force, ball bearings at any place."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,10 @@ from fe_shaft.modal import run_modal
 from fe_shaft.response import run_unbalance_response
 from refusals import refused
 from rotorsim.base.errors import MachineFileError
+from rotorsim.discrepancy.twin import equip
+from rotorsim.effects import REGISTRY, Effect, param
+from rotorsim.effects.base import OFF_SHAFT
+from rotorsim.plant.locations import acting_places
 from rotorsim.plant.mesh import Mesh
 
 ROTOR = """
@@ -216,6 +222,32 @@ WRONG = [
 def test_what_does_not_fit_is_refused(bearings, sentence):
     with pytest.raises(MachineFileError, match=sentence):
         machine(bearings)
+
+
+def lift(t, angle, speed, acceleration, p):
+    return 0.0, p.size
+
+
+@pytest.mark.parametrize("influence", OFF_SHAFT)
+@pytest.mark.parametrize("position", [None, "0 mm", "300 mm"])
+def test_an_effect_on_a_housing_is_refused_by_its_name_where_no_housing_moves(monkeypatch, influence, position):
+    """The left bearing stands still, the right one has a housing."""
+
+    class Lift(Effect):
+        name, port, kernel, place = "lift", "force", lift, "disc"
+        size: float = param("N", doc="Size.")
+        position: float | None = param("m", default=None, doc="Place.")
+
+    Lift.influence = influence
+    monkeypatch.setitem(REGISTRY, "lift", dataclass(frozen=True)(Lift))
+    table, at = '\n[effects.lift]\nsize = "1 N"\n', "" if position is None else f'position = "{position}"\n'
+    with pytest.raises(MachineFileError) as caught:
+        machine(LEFT + RIGHT + HOUSING, table + at)
+    [problem] = caught.value.problems
+    assert problem.startswith("effects.lift.position: ") and "600 mm" in problem and (position or "") in problem
+    held = machine(LEFT + RIGHT + HOUSING, table + 'position = "600 mm"\n')
+    assert acting_places(held, held.effects["lift"][0])[0].part == "bearing"
+    assert "lift" not in equip(machine(LEFT + RIGHT + HOUSING))[0].effects
 
 
 @pytest.mark.parametrize("name", ["plain_rotor", "bently_rk4", "pump_on_tables"])

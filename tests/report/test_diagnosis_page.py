@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,16 +12,16 @@ from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.files import StoredPlan
 from rotorsim.discrepancy.force_shape import ForceShape
 from rotorsim.discrepancy.judge import NO_ACCURACY
-from rotorsim.discrepancy.law_terms import law_places, slipping
+from rotorsim.discrepancy.law_terms import MOMENTS, PART, PlaceMotion, force_curve, law_places, off_shaft, slipping
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.result import PLAN_NEXT, RECORD_ALSO, located
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.effects import REGISTRY
-from rotorsim.machine import load_machine
+from rotorsim.machine import Support, load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.diagnosis import diagnosis_page, force_over_motion, gap_bars
+from rotorsim.report.diagnosis import caption, diagnosis_page, force_over_motion, gap_bars
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
@@ -269,6 +270,7 @@ def test_a_force_is_drawn_over_the_motion_of_which_it_is_a_function_and_a_memory
     traces = force_over_motion(curve).data
     drawn = [np.array(one.x) for one in traces if one.name == "model"]
     assert any(one.name == "band" for one in traces) != remembers
+    assert f"{100 * PART:.0f} % of a record's period" in caption(force_over_motion(curve))
     for x, moved, velocity in zip(drawn, u.T, v.T, strict=True):
         assert x == pytest.approx(1e6 * moved if remembers else 1e3 * np.sort(velocity))
 
@@ -294,6 +296,20 @@ def test_a_force_whose_law_is_not_known_stands_in_the_headline_and_is_marked(sta
     assert [p.begin <= z <= p.end for one in marked for p in one.places] == [headline]
 
 
+@pytest.mark.parametrize(("n", "share"), [(MOMENTS // 5, 1.0), (2048, PART), (8192, PART)])
+def test_a_force_is_shown_in_a_part_of_the_period_about_the_largest_motion(monkeypatch, n, share):
+    """The motion is nearly a circle, so that its angle is the time; 499 of 2048 moments are 3 % less than a quarter."""
+    angle = 2 * np.pi * np.arange(n) / n
+    u = np.array([1.001 * np.cos(angle), np.sin(angle)])
+    monkeypatch.setattr("rotorsim.discrepancy.law_terms.complex_lines", lambda *given: np.zeros((2, 9)))
+    motion = PlaceMotion(u, u, angle, 1.0, np.zeros((9, 2, 2)), np.arange(9.0))
+    seen = SimpleNamespace(motions={"disc": [motion]}, comparison=SimpleNamespace(sigma=None))
+    shown = force_curve(seen, "disc", None, lambda m: (m.displacement, m.displacement))["displacement"]
+    seen_angle = np.unwrap(np.arctan2(shown[:, 1], shown[:, 0]))
+    assert np.ptp(seen_angle) == pytest.approx(2 * np.pi * share, rel=0.03)
+    assert seen_angle[len(shown) // 2] == pytest.approx(0.0, abs=1e-9) or share == 1.0
+
+
 def test_what_an_unknown_verdict_has_beyond_the_catalogue_is_one_explanation():
     two = tuple(Explanation((key,), True, 0.0, 0.0, True, 0.4) for key in ("runout.amplitude_2x", "shaft_bow.bow"))
     odds = (*two, Explanation((), False, 0.0, 0.0, True, 0.2))
@@ -313,3 +329,17 @@ def test_what_does_not_repeat_and_a_law_are_marked_at_their_places_by_name():
     law = DiscoveredLaw("law", bearing, end, "", {}, {}, ("cubic",), "", "", 0.99)
     [marked] = located(small_diagnosis(status="discovered", effects=[], discovered=law))
     assert [p.part for p in marked.places] == ["bearing"] and marked.places[0].name.startswith(bearing)
+
+
+@pytest.mark.parametrize(("influence", "beginning"), [("housing", "the housing of bearing 1 "),
+                                                      ("between", "bearing 1 ")])  # fmt: skip
+def test_a_law_and_an_effect_on_a_housing_are_marked_at_its_bearing(influence, beginning):
+    support = Support(mass="1 kg", kxx="10 MN/m")
+    machine = load_machine("plain_rotor").with_({"bearings.1.support": support})
+    place = next(name for name, moving in off_shaft(machine).items() if moving == influence)
+    law = DiscoveredLaw("law", place, 0.6, "", {}, {}, ("cubic",), "", "", 0.99)
+    found = small_diagnosis(status="discovered", effects=[], discovered=law)
+    [marked] = located(replace(found, machine=machine))
+    effect = SimpleNamespace(port="motion", influence=influence, place="disc", position=0.6)
+    assert marked.places == acting_places(machine, effect)
+    assert marked.places[0].part == "bearing" and marked.places[0].name.startswith(beginning)
