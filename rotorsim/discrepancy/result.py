@@ -114,6 +114,11 @@ LAW_ALONE = (
     "The new machine file does not hold the law{numbers}, and no file does: it is known by the linear model alone."
 )
 """What a machine file lacks where the law is not compiled."""
+NOT_TRUSTED = (
+    "The new machine file has re-calibrated numbers that are not trusted, since much of the disagreement stays, and "
+    "does not hold the effect."
+)
+"""What a machine file has after a partial explanation."""
 RECALIBRATED = "re-calibrated"
 """Label of a bearing far from the machine file."""
 FORCE = "equivalent force"
@@ -419,6 +424,8 @@ class Diagnosis(Shown, Findings, Reported):
     def file_notes(self) -> tuple[str, ...]:
         """Sentences on what the new machine file has and has not, then on its use; none where it has all."""
         written = bool(self.calibration) and not self.worse
+        if self.status == "partial" and written:
+            return (NOT_TRUSTED,)
         if self.discovered is None or self.discovered.bearing:
             return ()
         notes = LAW_APART if self.discovered.source else (LAW_ALONE,)

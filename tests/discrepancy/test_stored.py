@@ -19,7 +19,7 @@ from rotorsim.discrepancy import Diagnosis, diagnose, load_diagnosis, reduction,
 from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.files import StoredPlan
 from rotorsim.discrepancy.hidden_mass import HiddenMass
-from rotorsim.discrepancy.result import LAW_FILE
+from rotorsim.discrepancy.result import LAW_FILE, NOT_TRUSTED
 from rotorsim.machine import load_machine
 from small_diagnosis import blocked, small_diagnosis
 
@@ -87,6 +87,19 @@ def test_a_machine_file_states_at_its_top_a_law_that_it_does_not_hold(more, writ
     for shown in (text_of(Path(files["report"])).partition("The gap, record by record")[0], capsys.readouterr().out):
         assert ("does not hold the law" in shown) == apart
     assert load_machine(files["machine"]) == found.apply()
+
+
+@pytest.mark.parametrize(
+    ("status", "more", "warned"),
+    [("partial", {}, True), ("partial", {"worse": ("untouched_1",)}, False), ("named", {}, False), ("tie", {}, False)],
+)
+def test_a_machine_file_of_a_partial_explanation_states_that_its_numbers_are_not_trusted(
+    status, more, warned, tmp_path
+):
+    found = small_diagnosis(status=status, **more)
+    found.apply().save(tmp_path / "new.toml")
+    top = (tmp_path / "new.toml").read_text().partition("\nname")[0]
+    assert ("not trusted" in top) == warned == (NOT_TRUSTED in found.file_notes)
 
 
 def test_a_loaded_diagnosis_is_saved_again_as_it_was(tmp_path):
