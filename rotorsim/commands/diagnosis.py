@@ -350,6 +350,7 @@ def _lines(diagnosis: Diagnosis) -> Iterator[str]:
         yield f"  {diagnosis.free_force.sentence}"
     yield from _effects(diagnosis)
     yield from [f"  next: {diagnosis.next_step}"] if diagnosis.planned is None else _plan(diagnosis.planned)
+    yield from [f"  {note}" for note in diagnosis.file_notes[:1]]
     yield from _odds(diagnosis)
     yield from _disagreement(diagnosis)
     if diagnosis.status in ("unknown", "partial"):

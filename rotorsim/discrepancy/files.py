@@ -24,7 +24,7 @@ from rotorsim.base.hdf5 import write_netcdf
 from rotorsim.base.input_files import ArchiveError, parse_json, read_archive
 from rotorsim.base.plain_data import from_plain, to_plain
 from rotorsim.discrepancy.machine_file import difference
-from rotorsim.discrepancy.result import Diagnosis
+from rotorsim.discrepancy.result import LAW_FILE, Diagnosis
 from rotorsim.machine import Machine, load_machine, shipped_machines
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ RESULTS = {
     "gap": "gap.nc",
     "machine": "machine.toml",
     "difference": "machine.diff",
-    "law": "discovered_law.py",
+    "law": LAW_FILE,
     "plan": "next.toml",
     "believed": "believed.toml",
     "report": "report.html",

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from difflib import unified_diff
 from math import log, nan, pi, sqrt
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -323,6 +324,11 @@ class Findings:
     """Untouched records that the calibration makes worse; with one it is not written."""
 
     @property
+    def file_notes(self) -> tuple[str, ...]:
+        """Sentences on what the new machine file has and has not, then on its use; none where it has all."""
+        return ()
+
+    @property
     def added_bearing(self) -> dict[str, Any]:
         """Table of a bearing that the machine file lacks; empty where it lacks none."""
         return {}
@@ -408,7 +414,8 @@ def _written(diagnosis: Findings, text: str, last: bool) -> str:
     for line in left_out:
         document.add(tomlkit.comment(line))
     head = HEAD.format(data=diagnosis.data_hash) if calibration else ""
-    return head + tomlkit.dumps(document)
+    notes = "".join(fill(f"# {note}", 118, subsequent_indent="# ") + "\n" for note in diagnosis.file_notes)
+    return head + notes + tomlkit.dumps(document)
 
 
 def _put_ahead(effects: Any, names: list[str]) -> None:

@@ -99,6 +99,26 @@ FREE_FORCE = (
 """Headline and next step where a force of free shape explains what no effect and no law does."""
 LEAST_EXPLAINED = 0.5
 """Share of the misfit from which a force of free shape stands in the headline."""
+LAW_FILE = "discovered_law.py"
+"""File of a discovered law in the folder of a diagnosis."""
+LAW_APART = (
+    "The new machine file does not hold the law{numbers}: that is the effect of " + LAW_FILE + ".",
+    f"In Python, `import {LAW_FILE.removesuffix('.py')}` in its folder before load_machine, and add the table at the "
+    "top of that module to this file. The command line takes an effect from an installed package alone, under the "
+    "entry point rotorsim.effects.",
+)
+"""What a machine file lacks after a law was discovered, and how to use the two together."""
+WITH_LAW = ", with which its re-calibrated numbers were fitted"
+"""Part of that where the file has them."""
+LAW_ALONE = (
+    "The new machine file does not hold the law{numbers}, and no file does: it is known by the linear model alone."
+)
+"""What a machine file lacks where the law is not compiled."""
+NOT_TRUSTED = (
+    "The new machine file has re-calibrated numbers that are not trusted, since much of the disagreement stays, and "
+    "does not hold the effect."
+)
+"""What a machine file has after a partial explanation."""
 RECALIBRATED = "re-calibrated"
 """Label of a bearing far from the machine file."""
 FORCE = "equivalent force"
@@ -399,6 +419,17 @@ class Diagnosis(Shown, Findings, Reported):
         if self.planned is not None:
             return f"{self.planned.sentence} {step}"
         return f"{step} {PLAN_NEXT}" if self.unplanned else step
+
+    @property
+    def file_notes(self) -> tuple[str, ...]:
+        """Sentences on what the new machine file has and has not, then on its use; none where it has all."""
+        written = bool(self.calibration) and not self.worse
+        if self.status == "partial" and written:
+            return (NOT_TRUSTED,)
+        if self.discovered is None or self.discovered.bearing:
+            return ()
+        notes = LAW_APART if self.discovered.source else (LAW_ALONE,)
+        return notes[0].format(numbers=WITH_LAW * written), *notes[1:]
 
     @property
     def added_bearing(self) -> dict[str, Any]:

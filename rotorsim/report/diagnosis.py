@@ -108,7 +108,7 @@ def _first_screen(d: Diagnosis) -> tuple[Block, ...]:
     blocks = [
         Block("Where on the machine", "" if sentences else unmarked,
               figure=machine_sketch(d.machine, marked), legend=sentences, tools=False),
-        Block("What to do next", d.next_step, texts=(meaning,), anchor="next",
+        Block("What to do next", d.next_step, texts=(meaning, *d.file_notes[:1]), anchor="next",
               link=(f"The limits of these records: {notes} below.", "notes") if d.notes else None),
         Block("Gap before and after", "Rms of measured less simulated; line: scatter.",
               figure=gap_by_role(d), tools=False,

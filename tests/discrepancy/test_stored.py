@@ -14,8 +14,13 @@ import pytest
 from refusals import refused
 from rotorsim.base.errors import DataError
 from rotorsim.cli import main
+from rotorsim.commands.diagnosis import show
 from rotorsim.discrepancy import Diagnosis, diagnose, load_diagnosis, reduction, save_diagnosis
+from rotorsim.discrepancy.discovery import DiscoveredLaw
 from rotorsim.discrepancy.files import StoredPlan
+from rotorsim.discrepancy.hidden_mass import HiddenMass
+from rotorsim.discrepancy.result import LAW_FILE, NOT_TRUSTED
+from rotorsim.machine import load_machine
 from small_diagnosis import blocked, small_diagnosis
 
 PLAN = {"sentence": "Next: impact.", "entropy_bit": 1.0, "rivals": ["a", "b"], "unbreakable": [],
@@ -52,6 +57,49 @@ def test_a_loaded_diagnosis_has_the_same_numbers_machine_and_page(case, tmp_path
     assert again.apply() == found.apply() and again.apply()._source == found.apply()._source
     again.report(tmp_path / "again.html")
     assert text_of(tmp_path / "again.html") == text_of(tmp_path / "report.html")
+
+
+LAW = DiscoveredLaw("law", "disc 1", 0.3, "", {}, {}, ("cubic",), "register_me = 1\n", "", 0.99)
+HEAVY = HiddenMass(0.31, 0.02, 390.0, 0.03).table
+
+
+@pytest.mark.parametrize(
+    ("more", "written", "apart"),
+    [
+        ({}, True, True),
+        ({"worse": ("untouched_1",)}, True, True),
+        ({"discovered": replace(LAW, source="")}, False, True),
+        ({"discovered": replace(LAW, source="", bearing=HEAVY)}, False, False),
+        ({"status": "named", "discovered": None}, False, False),
+    ],
+)
+def test_a_machine_file_states_at_its_top_a_law_that_it_does_not_hold(more, written, apart, tmp_path, capsys):
+    """Its numbers were fitted next to the law; a hidden mass is in the file."""
+    found = small_diagnosis(**({"status": "discovered", "effects": [], "discovered": LAW} | more))
+    files = save_diagnosis(found, tmp_path)
+    text = Path(files["machine"]).read_text()
+    top = text.partition("\nname")[0]
+    assert ("law" in files, bool(found.file_notes)) == (written, apart)
+    assert ("does not hold the law" in top, f"import {Path(LAW_FILE).stem}" in top) == (apart, written)
+    assert ("re-calibrated numbers were fitted" in top.replace("\n# ", " ")) == (apart and not found.worse)
+    assert all(len(line) <= 120 for line in top.splitlines()[2:])
+    show(found, files, as_json=False)
+    for shown in (text_of(Path(files["report"])).partition("The gap, record by record")[0], capsys.readouterr().out):
+        assert ("does not hold the law" in shown) == apart
+    assert load_machine(files["machine"]) == found.apply()
+
+
+@pytest.mark.parametrize(
+    ("status", "more", "warned"),
+    [("partial", {}, True), ("partial", {"worse": ("untouched_1",)}, False), ("named", {}, False), ("tie", {}, False)],
+)
+def test_a_machine_file_of_a_partial_explanation_states_that_its_numbers_are_not_trusted(
+    status, more, warned, tmp_path
+):
+    found = small_diagnosis(status=status, **more)
+    found.apply().save(tmp_path / "new.toml")
+    top = (tmp_path / "new.toml").read_text().partition("\nname")[0]
+    assert ("not trusted" in top) == warned == (NOT_TRUSTED in found.file_notes)
 
 
 def test_a_loaded_diagnosis_is_saved_again_as_it_was(tmp_path):
