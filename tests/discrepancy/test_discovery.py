@@ -97,6 +97,7 @@ from rotorsim.discrepancy.trial import Trial, block_lines, trial_of
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import Explanation, SearchVerdict
 from rotorsim.effects import REGISTRY
+from rotorsim.effects.base import OFF_SHAFT
 from rotorsim.machine import Machine, load_machine
 from rotorsim.plant.mesh import Mesh
 from studies.benchmarks.diagnose_foreign import OwnCubic, with_own
@@ -279,9 +280,16 @@ def test_a_stiffness_found_in_a_bearing_or_under_its_housing_is_one_more_of_it(p
 
 def test_a_force_on_a_housing_that_no_machine_has_is_refused():
     machine, law = machine_of_laws(True), replace(law_of("cubic"), place="the housing of the bearing right")
-    with candidate_laws([law], SimpleNamespace(machine=machine)) as [form], pytest.raises(MachineFileError) as caught:
-        _ = Twin(machine_of_laws(), only=(form.effect,)).assembly
-    assert caught.value.argument == "position" and caught.value.value == machine.bearings[1].position
+    without, z = machine_of_laws(), machine.bearings[1].position
+    with candidate_laws([law], SimpleNamespace(machine=machine)) as [form]:
+        assert form.effect not in Twin(without, only=(form.effect,)).slots
+        with pytest.raises(MachineFileError) as caught:
+            without.with_({f"effects.{form.effect}": (REGISTRY[form.effect](),)})
+    assert [one.startswith(f"effects.{form.effect}.position: ") for one in caught.value.problems] == [True]
+    for moving in OFF_SHAFT:
+        with pytest.raises(MachineFileError) as caught:
+            Mesh(without).moving(moving, z)
+        assert caught.value.argument == "position" and caught.value.value == z
 
 
 def cubic(size: float, place: str = "disc 0") -> ProposedLaw:

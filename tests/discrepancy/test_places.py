@@ -66,6 +66,12 @@ def test_the_supports_of_a_single_disc_are_candidates_and_the_disc_is_not_named(
     }
 
 
+def test_a_rotor_without_a_disc_has_the_candidates_that_need_none():
+    machine = load_machine("rigid_rotor_self_acting")
+    assert not machine.discs and not keys(machine, "crack") and keys(machine, "labyrinth_seal") == set()
+    assert keys(machine, "runout")
+
+
 @pytest.mark.slow
 def test_a_force_of_the_twin_acts_at_its_place(two_discs):
     """A twin whose seal is moved to the second disc answers as the machine that has it there from the start."""
