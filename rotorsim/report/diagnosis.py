@@ -161,11 +161,23 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         yield Block(
             "Sizes that were likely before the records, and that they show", heads=heads, rows=rows, folded=True
         )
-    text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
-    yield Block("Re-calibration", heads=("fit parameter", "change", "standard deviation"), rows=list(d.changes()),
-                texts=[text] if d.calibration else ())  # fmt: skip
+    yield from _recalibration(d)
     if d.effects:
         yield Block("Machine file: what was added", code=difference(d.machine, d.apply()), folded=True)
+
+
+def _recalibration(d: Diagnosis) -> Iterator[Block]:
+    """Calibrated numbers of the machine file, and what was fitted with them."""
+    heads = ("number", "in the machine file", "re-calibrated", "standard deviation", "change")
+    yield Block("Re-calibration", heads=heads, rows=[row.cells for row in d.changes()], texts=d.file_notes[:1])
+    if others := list(d.other_changes()):
+        text = (
+            "They are not among the numbers of the machine file as it was, or the records do not show them. Those "
+            "without a unit are relative changes; mesh and law are shares of a finer mesh and of the other law of the "
+            "injectors."
+        )
+        heads = ("number", "value", "standard deviation")
+        yield Block("What was fitted besides", text, heads, others, folded=True)
 
 
 def _steps(steps: DecisionSteps) -> Block:
