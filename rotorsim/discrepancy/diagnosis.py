@@ -133,6 +133,7 @@ from rotorsim.discrepancy.mistakes import (
     held,
 )
 from rotorsim.discrepancy.records import (
+    UNTESTED,
     check_after,
     check_plane,
     check_ring,
@@ -639,7 +640,7 @@ class DiagnosisRun:
         notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
         notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
-        return notes
+        return notes if "untouched" in self.parts else [*notes, UNTESTED]
 
     def _changing(self, base: ParameterFit, blocks: list[np.ndarray]) -> str:
         """Sentence on a motion that is not steady, or not linear; none with a gas film, which may remember."""

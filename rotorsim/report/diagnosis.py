@@ -39,9 +39,17 @@ METHOD = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
     "What the two differ by is compared with a floor: the scatter of the records, the declared tolerance of the model "
     "and the proven error of its solver. First the machine's calibration was fitted anew, so that ordinary errors of "
-    "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
-    "operating points helped to choose; untouched records took no part in anything and are the test."
+    "coefficients do not pass for physics; then every effect of the catalogue was tried."
 )
+HELD_OUT = {
+    True: " Records held out at other operating points helped to choose.",
+    False: " No record was held out: those that were fitted chose too.",
+}
+UNTOUCHED = {
+    True: " Untouched records took no part in anything and are the test.",
+    False: " No record was left untouched: nothing tests the verdict.",
+}
+"""Sentences of the method on records that were not fitted, by whether there are any."""
 ALSO = {"found": "", "rival": "or ", "force": ""}
 """Words before a place by its role."""
 MOST_PROPOSALS = 8
@@ -64,7 +72,8 @@ WITH_MORE = (
 def diagnosis_page(d: Diagnosis) -> Page:
     """Page of a diagnosis."""
     heading = f"{d.machine.name}: diagnosis"
-    blocks: list[Block | Sequence[Block]] = [_first_screen(d), *_blocks(d), Block("How it was found", METHOD)]
+    method = METHOD + HELD_OUT["held_out" in d.roles] + UNTOUCHED["untouched" in d.roles]
+    blocks: list[Block | Sequence[Block]] = [_first_screen(d), *_blocks(d), Block("How it was found", method)]
     return Page(heading, d.sentence, blocks, _key_numbers(d))
 
 
@@ -176,8 +185,7 @@ def _recalibration(d: Diagnosis) -> Iterator[Block]:
             "without a unit are relative changes; mesh and law are shares of a finer mesh and of the other law of the "
             "injectors."
         )
-        heads = ("number", "value", "standard deviation")
-        yield Block("What was fitted besides", text, heads, others, folded=True)
+        yield Block("What was fitted besides", text, ("number", "value", "standard deviation"), others, folded=True)
 
 
 def _steps(steps: DecisionSteps) -> Block:
