@@ -133,6 +133,7 @@ from rotorsim.discrepancy.mistakes import (
     held,
 )
 from rotorsim.discrepancy.records import (
+    UNTESTED,
     check_after,
     check_plane,
     check_ring,
@@ -256,7 +257,7 @@ NO_MEMORY = (
 )
 """Note on laws with a memory that the records do not show either."""
 TAKEN, TOGETHER = "takes {} % of what is beyond the floor", "shows in all groups of lines together, in none by itself"
-"""How much a law takes."""
+"""Shares of the misfit that a law takes."""
 LITTLE = "a law takes 95 %"
 NOT_BORNE_OUT = "records that were not fitted do not bear it out, or another law or effect explains them as well"
 AT_END = "{} ends at the limit of what is searched, where it is another law"
@@ -639,7 +640,7 @@ class DiagnosisRun:
         notes += [NAMED_PROBES.format(*names) for names in sorted(named)]
         notes += notes_on_changes({t.name: t.stated_changes for t in self.trials})
         notes += [COMMON_DELAY] if any(t.clock for t in self.trials) else []
-        return notes
+        return notes if "untouched" in self.parts else [*notes, UNTESTED]
 
     def _changing(self, base: ParameterFit, blocks: list[np.ndarray]) -> str:
         """Sentence on a motion that is not steady, or not linear; none with a gas film, which may remember."""

@@ -130,8 +130,7 @@ VERDICTS = {
     "discovered": VerdictText(
         14,
         "Discovered: {law}.",
-        "No effect of the catalogue explains the disagreement, but a force law at one place does, on untouched records "
-        "too. It is an effect of your own, written as a file; a hidden mass is a bearing of the new machine file.",
+        "No effect of the catalogue explains the disagreement, but a force law at one place does{tested}.{form}",
         "Find what makes this force at {places}. Record a speed between the others with another excitation, and "
         "diagnose again with that record untouched: {refuted}",
     ),

@@ -164,7 +164,7 @@ class DecisionLoop:
     shown: ShowSteps
     models: CompiledModels | None
     tolerance: float
-    noted: Callable[[str], None]
+    noted: Callable[[str], None] = lambda note: None
 
     def run(self, first: list[Any], steps: DecisionSteps) -> Diagnosis:
         """Diagnoses and experiments until the loop ends."""

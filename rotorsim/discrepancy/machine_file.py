@@ -152,6 +152,19 @@ class RecalibratedValue:
         more = f": {max(ratio, 1 / ratio):.2g} times {words[ratio < 1]}" if clear else ""
         return f"{self.place} is {size}, {file}{more}"
 
+    @property
+    def cells(self) -> tuple[str, str, str, str, str]:
+        """Place, value before and now, standard deviation, change in percent of the former, of an angle in degrees."""
+        if self.unit == "rad":
+            before, value = (with_unit(size, "rad", 4) for size in (self.before, self.value))
+            sd = with_unit(self.sd, "rad", 2)
+            change = f"{(180 / pi * (self.value - self.before) + 180) % 360 - 180:+.1f} deg"
+        else:
+            before, value = (_rough(size, self.unit, 4) for size in (self.before, self.value))
+            sd = _rough(self.sd, self.unit, like=float(f"{self.value:.4g}"))
+            change = f"{100 * (self.value - self.before) / abs(self.before):+.1f} %" if self.before else ""
+        return (self.place, before, value, sd, change) if self.path else (self.place, "none", value, sd, "")
+
 
 def recalibrated_values(
     machine: Machine, calibration: Mapping[str, tuple[float, float]], related: Mapping[str, float] | None = None
@@ -245,31 +258,31 @@ def _number_in_words(machine: Machine, key: str) -> tuple[str, str]:
 def _without_row(machine: Machine, calibration: Mapping[str, tuple[float, float]], key: str) -> str:
     """Sentence on a calibrated number that has no place in the machine file."""
     if "~" in key:
-        (name, _, pair), parts = key.split("."), [calibration.get(f"{key}.{part}", (0.0, 0.0)) for part in "cs"]
-        size, _, sd, _ = sd_of_polar(parts[0][0], parts[1][0], np.diag([sd**2 for _, sd in parts]))
-        unit = _unit_of(key)
-        words = name.replace("_", " ")
-        return (
-            f"{pair.partition('~')[0]} of {words} is {_rough(size, unit, 3)} +- {_rough(sd, unit)}, the file has none"
-        )
+        return next(_of_parts(key, calibration, key.partition(".")[0].replace("_", " "))).sentence
     size, sd = calibration[key]
     return f"{''.join(_number_in_words(machine, key))} has changed by {100 * size:+.3g} % +- {100 * sd:.2g} %"
 
 
 def _of_wave(machine: Machine, key: str, calibration: Mapping[str, tuple[float, float]]) -> Iterator[RecalibratedValue]:
     """Amplitude and phase of a wave of the machine file whose parts were calibrated; none where it has no such wave."""
-    (name, table, pair), parts = key.split("."), [calibration.get(f"{key}.{part}", (0.0, 0.0)) for part in "cs"]
-    amplitude, phase = pair.split("~")
+    name, table, pair = key.split(".")
     number = _same_place(machine, name, int(table))
     if number is None:
         return
+    amplitude, phase = pair.split("~")
     own = wave(machine.effects[name][number], amplitude, phase)
+    yield from _of_parts(key, calibration, f"{name} {number + 1}", own, f"effects.{name}.{number}.")
+
+
+def _of_parts(
+    key: str, calibration: Mapping[str, tuple[float, float]], words: str, own: complex = 0.0, path: str = ""
+) -> Iterator[RecalibratedValue]:
+    """Amplitude and phase of a calibrated wave with the file's `own`, whose table has this path; none without one."""
+    (name, _, pair), parts = key.split("."), [calibration.get(f"{key}.{part}", (0.0, 0.0)) for part in "cs"]
     sizes = sd_of_polar(parts[0][0], parts[1][0], np.diag([sd**2 for _, sd in parts]), own)
-    before = abs(own), argument(own)
-    for i, parameter in enumerate((amplitude, phase)):
-        path, shown = f"effects.{name}.{number}.{parameter}", f"{parameter} of {name} {number + 1}"
-        unit = quantities(REGISTRY[name])[parameter].unit
-        yield RecalibratedValue(path, sizes[i], sizes[2 + i], before[i], unit, key, shown)
+    for i, (parameter, before) in enumerate(zip(pair.split("~"), (abs(own), argument(own)), strict=True)):
+        unit, shown = quantities(REGISTRY[name])[parameter].unit, f"{parameter} of {words}"
+        yield RecalibratedValue(path and path + parameter, sizes[i], sizes[2 + i], before, unit, key, shown)
 
 
 def _same_place(machine: Machine, name: str, table: int) -> int | None:
@@ -351,11 +364,22 @@ class Findings:
         """Sentences on stiffnesses of bearings that may be far from the machine file, as these records have them."""
         return tuple(row.sentence.partition(": ")[0] for row in self.recalibration if row.open)
 
-    def changes(self) -> Iterator[tuple[str, str, str]]:
-        """Calibrated parameter, its change and standard deviation in display units; relative where there is no unit."""
+    def changes(self) -> tuple[RecalibratedValue, ...]:
+        """Calibrated numbers with those before; waves at planes where the file has none are without a path."""
+        rows = self.recalibration
+        waves = dict.fromkeys(key[:-2] for key in self.calibration if "~" in key)
+        for key in [key for key in waves if key not in {row.key for row in rows}]:
+            rows += tuple(_of_parts(key, self.calibration, _number_in_words(self.machine, f"{key}.c")[0]))
+        return rows
+
+    def other_changes(self) -> Iterator[tuple[str, str, str]]:
+        """Fitted numbers that are not among `changes`, with standard deviations; relative where without a unit."""
+        known = {row.key for row in self.recalibration}
         for key, (value, sd) in self.calibration.items():
-            unit = _unit_of(key)
-            yield key, with_unit(value, unit, 4), with_unit(sd, unit, 2)
+            if key not in known and "~" not in key:
+                words = key if " x " in key or key.startswith(CLOCK) else "".join(_number_in_words(self.machine, key))
+                unit = _unit_of(key)
+                yield words, with_unit(value, unit, 4), with_unit(sd, unit, 2)
 
 
 def _unit_of(key: str) -> str:

@@ -429,6 +429,12 @@ ONE_EXCITATION = (
 )
 """Note on records that leave non-linear effects open."""
 
+UNTESTED = (
+    "no record was left untouched: nothing tests the verdict; record another operating point, and leave it "
+    "untouched (--untouched, or its attribute role)"
+)
+"""Note on records of which each took part in the fit or in the choice."""
+
 
 def limits(trials: Sequence[Trial], film: bool) -> list[str]:
     """Sentences on effects that this set of records cannot distinguish; none for tables of vectors alone."""

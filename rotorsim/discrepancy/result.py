@@ -99,6 +99,12 @@ FREE_FORCE = (
 """Headline and next step where a force of free shape explains what no effect and no law does."""
 LEAST_EXPLAINED = 0.5
 """Share of the misfit from which a force of free shape stands in the headline."""
+TESTED_ON = {
+    "untouched": ", on untouched records too",
+    "held_out": ", on held-out records too; no untouched record tests it",
+    "fit": ", on the records that were fitted; no other record tests it",
+}
+"""Where a law holds, by the role of the records that took least part in finding it."""
 LAW_FILE = "discovered_law.py"
 """File of a discovered law in the folder of a diagnosis."""
 LAW_APART = (
@@ -326,11 +332,28 @@ class Diagnosis(Shown, Findings, Reported):
         """Headline, meaning and next step of the verdict."""
         force = bool(self.unknown.get("lines"))
         text = text_of(self.status, self.left, NO_ACCURACY not in self.notes, force)
+        if self.status == "discovered":
+            tested = next((words for role, words in TESTED_ON.items() if role in self.roles), "")
+            return replace(text, meaning=text.meaning.format(tested=tested, form=self._law_form))
         if self.free_force is None:
             return text
         given = {"where": " or ".join(self.free_force.places), "gone": int(100 * self.free_force.gone)}
         sentence, following = (one.format(**given) for one in FREE_FORCE)
         return replace(text, sentence=sentence, meaning=self.free_force.sentence, next=following)
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """What records were there for, each once: fit, held_out, untouched."""
+        return tuple(dict.fromkeys(map(str, self.gap["role"].values)))
+
+    @property
+    def _law_form(self) -> str:
+        """Sentence on what the discovered law is as a file; empty where it is none."""
+        if self.discovered is None:
+            return ""
+        if self.discovered.bearing:
+            return " It is a hidden mass, which is a bearing of the new machine file."
+        return " It is an effect of your own, written as a file." if self.discovered.source else ""
 
     @property
     def free_force(self) -> ForceShape | None:

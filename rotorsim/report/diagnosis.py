@@ -40,9 +40,17 @@ METHOD = (
     "A simulated twin of the machine was run with the same speeds, pressures and excitation as the measured records. "
     "What the two differ by is compared with a floor: the scatter of the records, the declared tolerance of the model "
     "and the proven error of its solver. First the machine's calibration was fitted anew, so that ordinary errors of "
-    "coefficients do not pass for physics; then every effect of the catalogue was tried. Records held out at other "
-    "operating points helped to choose; untouched records took no part in anything and are the test."
+    "coefficients do not pass for physics; then every effect of the catalogue was tried."
 )
+HELD_OUT = {
+    True: " Records held out at other operating points helped to choose.",
+    False: " No record was held out: those that were fitted chose too.",
+}
+UNTOUCHED = {
+    True: " Untouched records took no part in anything and are the test.",
+    False: " No record was left untouched: nothing tests the verdict.",
+}
+"""Sentences of the method on records that were not fitted, by whether there are any."""
 ALSO = {"found": "", "rival": "or ", "force": ""}
 """Words before a place by its role."""
 MOST_PROPOSALS = 8
@@ -68,7 +76,8 @@ WITH_MORE = (
 def diagnosis_page(d: Diagnosis) -> Page:
     """Page of a diagnosis."""
     heading = f"{d.machine.name}: diagnosis"
-    blocks: list[Block | Sequence[Block]] = [_first_screen(d), *_blocks(d), Block("How it was found", METHOD)]
+    method = METHOD + HELD_OUT["held_out" in d.roles] + UNTOUCHED["untouched" in d.roles]
+    blocks: list[Block | Sequence[Block]] = [_first_screen(d), *_blocks(d), Block("How it was found", method)]
     return Page(heading, d.sentence, blocks, _key_numbers(d))
 
 
@@ -165,11 +174,22 @@ def _blocks(d: Diagnosis) -> Iterator[Block]:
         yield Block(
             "Sizes that were likely before the records, and that they show", heads=heads, rows=rows, folded=True
         )
-    text = "A number without a unit is a change relative to the machine file; mesh and law are weights."
-    yield Block("Re-calibration", heads=("fit parameter", "change", "standard deviation"), rows=list(d.changes()),
-                texts=[text] if d.calibration else ())  # fmt: skip
+    yield from _recalibration(d)
     if d.effects:
         yield Block("Machine file: what was added", code=difference(d.machine, d.apply()), folded=True)
+
+
+def _recalibration(d: Diagnosis) -> Iterator[Block]:
+    """Calibrated numbers of the machine file, and what was fitted with them."""
+    heads = ("number", "in the machine file", "re-calibrated", "standard deviation", "change")
+    yield Block("Re-calibration", heads=heads, rows=[row.cells for row in d.changes()], texts=d.file_notes[:1])
+    if others := list(d.other_changes()):
+        text = (
+            "They are not among the numbers of the machine file as it was, or the records do not show them. Those "
+            "without a unit are relative changes; mesh and law are shares of a finer mesh and of the other law of the "
+            "injectors."
+        )
+        yield Block("What was fitted besides", text, ("number", "value", "standard deviation"), others, folded=True)
 
 
 def _steps(steps: DecisionSteps) -> Block:

@@ -1,6 +1,7 @@
 """Diagnosis of records at constant speed together with a coast-down over time, whose vectors it makes itself."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +10,10 @@ from identification import make_record, make_vectors
 from rotorsim.discrepancy import diagnose, runup_vectors
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.data_vector import floor, make_layout, repeat_scatter, unknown_sources
-from rotorsim.discrepancy.diagnosis import trials_of
+from rotorsim.discrepancy.diagnosis import DiagnosisRun, trials_of
 from rotorsim.discrepancy.experiments import PlannedRecord
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.records import limits, make_trials
+from rotorsim.discrepancy.records import UNTESTED, limits, make_trials
 from rotorsim.discrepancy.run_ups import TOLERANCE, is_table, make_sweeps, sweeps, with_tables
 from rotorsim.experiments import Coastdown
 
@@ -109,6 +110,14 @@ def test_the_zeros_of_the_sensors_are_those_of_the_records(machine, models):
     shown = {int(i) for i in mixed.layout.record[mixed.directions["offset_x"] > 0]}
     assert shown == {0, 1}
     assert TwinComparison(models.twin, list(tables)).directions["offset_x"].sum() == 1
+
+
+@pytest.mark.parametrize("roles", [("fit",), ("fit", "held_out"), ("fit", "held_out", "untouched")])
+def test_records_of_which_none_is_untouched_have_the_note_that_nothing_tests_the_verdict(machine, roles):
+    records, _ = both_kinds(machine)
+    fitted = SimpleNamespace(trials=records, scatter_known=True)
+    run = SimpleNamespace(fitted=fitted, machine=machine, trials=records, parts=dict.fromkeys(roles, fitted))
+    assert (UNTESTED in DiagnosisRun._notes_on_records(run)) == ("untouched" not in roles)
 
 
 def test_a_sweep_shows_what_one_speed_does_not(machine):

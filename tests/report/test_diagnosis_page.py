@@ -15,13 +15,13 @@ from rotorsim.discrepancy.judge import NO_ACCURACY
 from rotorsim.discrepancy.law_terms import MOMENTS, PART, PlaceMotion, force_curve, law_places, off_shaft, slipping
 from rotorsim.discrepancy.machine_file import IdentifiedEffect
 from rotorsim.discrepancy.records import ONE_EXCITATION, ONE_SPEED_ALONE
-from rotorsim.discrepancy.result import PLAN_NEXT, RECORD_ALSO, located
+from rotorsim.discrepancy.result import PLAN_NEXT, RECORD_ALSO, TESTED_ON, located
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.verdict import Explanation
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Support, load_machine
 from rotorsim.plant.locations import acting_places, nozzles
-from rotorsim.report.diagnosis import caption, diagnosis_page, force_over_motion, gap_bars
+from rotorsim.report.diagnosis import HELD_OUT, UNTOUCHED, caption, diagnosis_page, force_over_motion, gap_bars
 from rotorsim.report.machine_sketch import MARKS, machine_sketch
 from rotorsim.report.page import html
 from small_diagnosis import blocked, runout, small_diagnosis
@@ -67,6 +67,27 @@ def test_a_calibration_within_a_floor_that_nothing_states_excludes_no_effect(lef
 
 def page(found):
     return html(diagnosis_page(found))
+
+
+@pytest.mark.parametrize("there", [("fit",), ("fit", "held_out"), ("fit", "untouched"),
+                                   ("fit", "held_out", "untouched")])  # fmt: skip
+def test_the_page_states_which_records_tested_a_law(there):
+    law = DiscoveredLaw("law", "disc 1", 0.3, "", {}, {}, ("cubic",), "", "", 0.99)
+    found = small_diagnosis(status="discovered", effects=[], discovered=law)
+    found = replace(found, gap=found.gap.isel(record=np.isin(found.gap["role"].values, there)))
+    text, best = page(found), there[-1]
+    assert found.roles == there
+    assert [words in found.texts.meaning for words in TESTED_ON.values()] == [role == best for role in TESTED_ON]
+    for role, sentences in (("held_out", HELD_OUT), ("untouched", UNTOUCHED)):
+        assert [sentence.strip() in text for sentence in sentences.values()] == [role in there, role not in there]
+
+
+@pytest.mark.parametrize(("more", "form"), [({"source": "register_me = 1"}, "written as a file"), ({}, ""),
+                                            ({"bearing": {"kind": "linear"}}, "hidden mass")])  # fmt: skip
+def test_a_law_is_stated_to_be_the_file_that_it_is(more, form):
+    law = replace(DiscoveredLaw("law", "disc 1", 0.3, "", {}, {}, ("cubic",), "", "", 0.99), **more)
+    meaning = small_diagnosis(status="discovered", effects=[], discovered=law).texts.meaning
+    assert form in meaning and ("file" in meaning) == bool(form)
 
 
 def test_planes_of_a_record_are_not_labelled_as_repeats():
