@@ -65,7 +65,7 @@ from rotorsim.discrepancy.verdict import (
 LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
 """Share of the gap on untouched records that has to go, by verdict."""
 LEAST_FITTED = {"partial": LEAST_GONE["partial"]}
-"""The same of the fitted records where none is untouched: a name or a tie takes 95 % of what is beyond the floor there."""
+"""The same of the fitted records where none is untouched: a name takes 95 % of what is beyond the floor."""
 RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
