@@ -76,6 +76,8 @@ NO_REFERENCE = (
 """Note on records whose references are not known."""
 FEWEST_POINTS = 4
 """Operating points from which a smooth trend differs from a missing effect."""
+MORE_SPEEDS = FEWEST_POINTS - 1
+"""Further speeds to record where there is one."""
 CLEARLY_OFF = 0.02
 """Share by which half of the frequencies have to be off one way for a mass or a stiffness to be suggested."""
 Source = Any
