@@ -112,6 +112,7 @@ from rotorsim.discrepancy.judge import (
     accuracy_notes,
     beyond_floor,
     by_odds,
+    fitted_gone,
     growing,
     judged,
     seen_together,
@@ -1056,6 +1057,9 @@ class DiagnosisRun:
                 calibrated = after if best is None else part.residual(base.point)
                 gone = None if best is None else untouched_gone(part, calibrated, after)
                 worse, alone = (worse_than(part, given, there) for there in (after, calibrated))
+        by_fitted = "untouched" not in others
+        if by_fitted and best is not None:
+            gone = fitted_gone(self.fitted, self.fitted.residual(base.point), self.fitted.residual(point))
         scatter = self.fitted.scatter_known
         # a law is fitted next to losses that it resembles: those of the shaft may end at their limits
         names = {k.name for k in base.parameters if self.laws is None or k.key.startswith("bearing.")}
@@ -1065,6 +1069,7 @@ class DiagnosisRun:
             AllEvidence(
                 verdict, odds, known, tuple(left), tuple(of_form), gone, worse, alone, self.large, share, scatter, late,
                 seen_together(groups), astray, self.growing, self.unclear, bool(flags), self._faint(base),
+                by_fitted,
             )
         )  # fmt: skip
         named = joined_classes(found.odds, found.verdict)

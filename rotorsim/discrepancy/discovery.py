@@ -54,6 +54,7 @@ from rotorsim.discrepancy.law_terms import (
     off_shaft,
 )
 from rotorsim.discrepancy.machine_file import IdentifiedEffect, with_unit
+from rotorsim.discrepancy.records import MORE_SPEEDS
 from rotorsim.discrepancy.stability import PlacedTerm, Stability, forms_of, stability
 from rotorsim.discrepancy.trial import ONE_SPEED as WAVER, Trial, one_speed
 from rotorsim.discrepancy.twin import Twin
@@ -78,7 +79,7 @@ NOT_PERIODIC = (
     "a law is not looked for: the records do not repeat with a period; record a periodic excitation, with whole turns "
     "of the shaft in its period"
 )
-ONE_SPEED = "a law is not looked for: all records have one speed; record two more speeds"
+ONE_SPEED = f"a law is not looked for: all records have one speed; record {MORE_SPEEDS} more speeds"
 ONE_AMPLITUDE = (
     "a law is not looked for: all records have one amplitude, at which a force that grows out of proportion is as one "
     "that does not; record the same points with half the excitation, or with a trial weight"

@@ -8,7 +8,8 @@ something beyond the catalogue is more likely than not. A partial explanation is
 the search has no name, or too little, nothing disagrees if nothing missing has `SURE`: all that is flagged is then
 within the model's inferred form error.
 
-An explanation is confirmed by records that took no part in the search. The gap there is that of the line groups beyond
+An explanation is confirmed by records that took no part in the search; without them a partial one has to leave less of
+the gap of the fitted records. The gap there is that of the line groups beyond
 their floor, before or with the effect, the floor's own part subtracted. In the few cases known when the border was
 chosen, halfway, right names took 97 to 100 % of the whole gap (69 % in records resampled by hand) and wrong ones 0 to
 20 %.
@@ -45,6 +46,7 @@ from rotorsim.discrepancy.candidates import class_of
 from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import UNSTEADY, Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.data_vector import own_scatter
+from rotorsim.discrepancy.gap import rms
 from rotorsim.discrepancy.hypotheses import Hypothesis
 from rotorsim.discrepancy.records import UNLIKE
 from rotorsim.discrepancy.trial import TURNING, Trial
@@ -62,6 +64,8 @@ from rotorsim.discrepancy.verdict import (
 
 LEAST_GONE = {"named": 0.5, "tie": 0.5, "partial": 0.1}
 """Share of the gap on untouched records that has to go, by verdict."""
+LEAST_FITTED = {"partial": LEAST_GONE["partial"]}
+"""The same of the fitted records where none is untouched: a name takes 95 % of what is beyond the floor."""
 RIVAL = 0.01
 """Probability from which an explanation is a rival of a tie."""
 LIKELY = 0.5
@@ -290,6 +294,7 @@ class AllEvidence:
     left : groups of lines beyond their floor in held-out and untouched records, with the search's best explanation
     of_form : those of them that are small against the response of its effects, as its own form error may leave
     gone : share of the gap on untouched records that its effects take; None where nothing is beyond the floor
+    by_fitted : whether that is the share on the fitted records, as none is untouched
     worse : untouched records in which the search's best explanation is worse than the file as given, by the floor
     worse_alone : the same of the calibration without an effect
     large : calibrated numbers that are far from the machine file, as sentences
@@ -323,6 +328,7 @@ class AllEvidence:
     unclear: str = ""
     flagged: bool = True
     faint: tuple[Hypothesis, ...] = ()
+    by_fitted: bool = False
 
     @property
     def refuted(self) -> bool:
@@ -364,14 +370,15 @@ def judged(evidence: AllEvidence) -> Judgement:
     """The verdict that follows from all evidence."""
     verdict = by_odds(evidence.search, evidence.odds, evidence.known)
     against = objections(evidence, verdict)
+    if not against and verdict.status in ("named", "tie") and (evidence.refuted or evidence.astray):
+        verdict = replace(verdict, status="partial", rivals=())
+        against = objections(evidence, verdict)
     foreign = evidence.unexplained > UNLIKE
     faint = _faint_tie(evidence, verdict, against) if not foreign else None
     if faint is not None:
         verdict = faint
     elif against or foreign:
         verdict = replace(verdict, status="unknown", best=None, rivals=())
-    elif verdict.status in ("named", "tie") and (evidence.refuted or evidence.astray):
-        verdict = replace(verdict, status="partial", rivals=())
     elif verdict.status == "no_disagreement" and evidence.large:
         verdict = replace(verdict, status="recalibrated")
     worse = evidence.worse_alone if verdict.status in ("unknown", "partial") else ()
@@ -428,7 +435,7 @@ def objections(evidence: AllEvidence, verdict: SearchVerdict) -> list[str]:
     """
     found = []
     if verdict.best is not None:
-        found.append(objection(verdict.status, " with ".join(verdict.best.keys), evidence.gone))
+        found.append(objection(verdict.status, " with ".join(verdict.best.keys), evidence.gone, evidence.by_fitted))
     if evidence.worse and verdict.status not in ("unknown", "partial"):
         found.append(WORSE.format(records=", ".join(evidence.worse)))
     if verdict.status == "no_disagreement":
@@ -614,12 +621,26 @@ def untouched_gone(comparison: TwinComparison, before: np.ndarray, after: np.nda
     return 1 - sqrt(new / old) if old > 0 else -inf
 
 
-def objection(status: str, names: str, gone: float | None) -> str:
-    """Sentence that refuses a verdict for the share of the untouched gap that goes; empty where nothing does."""
-    if gone is None or gone >= LEAST_GONE.get(status, -inf):
+def fitted_gone(comparison: TwinComparison, before: np.ndarray, after: np.ndarray) -> float | None:
+    """Share of the gap of fitted records that goes, as that of untouched ones; negative where their whole gap grows."""
+    share = untouched_gone(comparison, before, after)
+    old, new = (float(np.sum(rms(comparison, residual * comparison.sigma) ** 2)) for residual in (before, after))
+    if new <= old:
+        return share
+    grown = 1 - sqrt(new / old) if old > 0 else -inf
+    return grown if share is None else min(share, grown)
+
+
+def objection(status: str, names: str, gone: float | None, by_fitted: bool = False) -> str:
+    """Sentence that refuses a verdict for the share of the gap that goes; empty where nothing does.
+
+    The gap is that of untouched records or, `by_fitted`, of the fitted ones.
+    """
+    if gone is None or gone >= (LEAST_FITTED if by_fitted else LEAST_GONE).get(status, -inf):
         return ""
     found = f"only {100 * gone:.0f} % of the gap goes" if gone > 0 else "the gap does not get smaller"
-    return f"with {names} {found} on untouched records: not confirmed, nothing is named"
+    where = "the fitted records, and none is untouched" if by_fitted else "untouched records"
+    return f"with {names} {found} on {where}: not confirmed, nothing is named"
 
 
 def _place(flag: Misfit) -> tuple[int, str, str]:

@@ -40,14 +40,16 @@ from rotorsim.discrepancy.changes import MAIN, PLANE
 from rotorsim.discrepancy.comparison import Misfit, TwinComparison, flagged, table
 from rotorsim.discrepancy.fit import ParameterFit, fit_parameters, foreseen, prior_rows
 from rotorsim.discrepancy.judge import seen_together
-from rotorsim.discrepancy.records import TURNED, misread_speed
+from rotorsim.discrepancy.records import TURNED, laid_over, misread_speed
 from rotorsim.discrepancy.run_ups import RunupTrial, ramp
 from rotorsim.discrepancy.trial import TURNING, Trial, delayed, turns_of
 from rotorsim.discrepancy.twin import of_axis
 
-FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V)",
+FACTORS = {25.4: "mils or inches taken for millimetres", 1e3: "a prefix of a thousand lost (mm, um; mV, V; kN, N)",
            1e6: "metres taken for micrometres", 39.37: "inches taken for metres"}  # fmt: skip
 """Factors between units that are taken for one another, with their causes."""
+PREFIXES, ANY_GAIN = (1e3, 1e6), 4.0
+"""Factors that gains show whatever the calibration is, and the factor by which they may miss them."""
 PEAK = 2.0
 """Size of a peak of 1X over that at the ends of a table."""
 PEAK_INSIDE = 20
@@ -142,6 +144,16 @@ def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
     turning, turned = _ratio(comparison, simulated, lambda g: g in ("1X", "2X", "3X"))
     every = [(r, c) for r, c in ((drive, alike), (turning, turned)) if abs(c) > ALIKE]
     found = [(f, r) for r, _ in every if (f := _factor(r)) is not None]
+    by_lines = None if found else _factor_of_lines(comparison, simulated)
+    if by_lines is not None:
+        ratio, factor = by_lines
+        raise DataError(
+            f"records: the displacement is {ratio:.3g} times what the machine file makes of it, or the force, or the "
+            f"reference, {1 / ratio:.3g} times what makes it, about {max(factor, 1 / factor):.4g}: is it a matter of "
+            f"units, {FACTORS[max(factor, 1 / factor)]}? state the unit in the mapping; nothing was assumed",
+            argument="units",
+            value=factor,
+        )
     if not found:
         return
     (factor, what), ratio = found[0]
@@ -155,6 +167,18 @@ def check_units(comparison: TwinComparison, simulated: np.ndarray) -> None:
         argument="units",
         value=near,
     )
+
+
+def _factor_of_lines(comparison: TwinComparison, simulated: np.ndarray) -> tuple[float, float] | None:
+    """Ratio of the gains, and the power of a thousand that it is near in every record with excited lines.
+
+    Gains are laid over each other by a factor on the frequency: resonances that are off spoil a comparison of lines.
+    """
+    gains = [own[0][1] for own in laid_over(comparison, simulated)]
+    for factor in (one for size in PREFIXES for one in (size, 1 / size)):
+        if gains and all(1 / ANY_GAIN < gain / factor < ANY_GAIN for gain in gains):
+            return float(np.median(gains)), factor
+    return None
 
 
 def check_speed_unit(comparison: TwinComparison, simulated: np.ndarray) -> None:

@@ -76,6 +76,10 @@ NO_REFERENCE = (
 """Note on records whose references are not known."""
 FEWEST_POINTS = 4
 """Operating points from which a smooth trend differs from a missing effect."""
+MORE_SPEEDS = FEWEST_POINTS - 1
+"""Further speeds to record where there is one."""
+CLEARLY_OFF = 0.02
+"""Share by which half of the frequencies have to be off one way for a mass or a stiffness to be suggested."""
 Source = Any
 """A Dataset, or the path of a file of it."""
 UNLIKE, FOREIGN = 0.5, 0.8
@@ -471,25 +475,44 @@ def unexplained(comparison: TwinComparison, fitted: np.ndarray) -> float:
 
 
 def how_far_off(comparison: TwinComparison) -> str:
-    """Text on frequencies and gains of the records against the machine file's; empty without excited lines.
+    """Text on frequencies and gains of the records against the machine file's; empty without excited lines."""
+    found = [one for own in laid_over(comparison, comparison.predict(ParameterPoint())) for one in own]
+    if not found:
+        return ""
+    shift, size = np.percentile(np.array(found), (25, 75), axis=0).T
+    return f"frequencies {_off(*shift)}, gains {_off(*size)} of those in the file{_of_mass_or_stiffness(*shift)}"
 
-    Of every record and channel the magnitudes of the excited lines are laid over the twin's by a factor on the
-    frequency, and one on the size.
+
+def laid_over(comparison: TwinComparison, simulated: np.ndarray) -> list[list[tuple[float, float]]]:
+    """Factors on frequency and size, channel by channel of every record with excited lines, the twin's loudest first.
+
+    The magnitudes of the excited lines are laid over the twin's by a factor on the frequency, and one on the size.
     """
-    simulated, found = comparison.predict(ParameterPoint()), list[tuple[float, float]]()
+    found = list[list[tuple[float, float]]]()
     for i, trial in enumerate(comparison.trials):
         at = trial.excited[1:]
         if trial.orders or at.sum() < FEWEST_LINES:
             continue
-        f = np.log(trial.frequencies[1:][at])
+        f, own = np.log(trial.frequencies[1:][at]), list[tuple[float, float, float]]()
         for y, s in zip(comparison.lines_of(i, comparison.measured), comparison.lines_of(i, simulated), strict=True):
             a, b = (np.log(np.maximum(np.abs(one[at]), 1e-12)) for one in (y, s))
             if np.ptp(a) and np.ptp(b):
-                found.append(_laid_over(f, a, b))
-    if not found:
+                own.append((float(np.linalg.norm(s[at])), *_laid_over(f, a, b)))
+        found += [[(shift, size) for _, shift, size in sorted(own, reverse=True)]] if own else []
+    return found
+
+
+def _of_mass_or_stiffness(low: float, high: float) -> str:
+    """Text on the mass or the stiffness that moves all frequencies one way; empty where they do not go one way."""
+    mean = float(np.sqrt(low * high))
+    if not (high < 1 - CLEARLY_OFF or low > 1 + CLEARLY_OFF):
         return ""
-    shift, size = np.percentile(np.array(found), (25, 75), axis=0).T
-    return f"frequencies {_off(*shift)}, gains {_off(*size)} of those in the file"
+    more = "more" if mean < 1 else "less"
+    return (
+        f"; all frequencies are {'lower' if mean < 1 else 'higher'}, as with a mass {mean**-2:.2g} times, or a "
+        f"stiffness {mean**2:.2g} times, the file's, or {more} where only one of several is off: check masses, moduli, "
+        "diameters and stiffnesses, and the units of each"
+    )
 
 
 def _laid_over(f: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
@@ -512,8 +535,9 @@ def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
         name, off = comparison.twin.machine.name, how_far_off(comparison)
         raise DataError(
             f"records: even re-calibrated, {name} leaves {100 * share:.0f} % of the response unexplained"
-            f"{f' ({off})' if off else ''}; are they of this machine, at this speed and pressure? If so, calibrate "
-            f"it first by 'rotorsim machine calibrate {name}', with its measured frequencies as targets",
+            f"{f' ({off})' if off else ''}; are they of this machine, at this speed and pressure? If so, calibrate its "
+            "file first by 'rotorsim machine calibrate FILE --targets TARGETS', with a file of the measured "
+            "frequencies as targets",
             argument="records",
             value=off,
         )

@@ -27,7 +27,7 @@ from rotorsim.discrepancy.hypotheses import EffectSearch, Hypothesis
 from rotorsim.discrepancy.judge import LEAST_NOTHING, LEFT, LIKELY, NO_ACCURACY, VERDICTS, VerdictText, text_of
 from rotorsim.discrepancy.law_terms import law_places
 from rotorsim.discrepancy.machine_file import UNBALANCE, Findings, IdentifiedEffect, extended, in_words
-from rotorsim.discrepancy.records import FEWEST_POINTS, ONE_EXCITATION, ONE_SPEED_ALONE
+from rotorsim.discrepancy.records import MORE_SPEEDS, ONE_EXCITATION, ONE_SPEED_ALONE
 from rotorsim.discrepancy.stochastic import StochasticForce
 from rotorsim.discrepancy.twin import Twin
 from rotorsim.discrepancy.verdict import LEAST_SHOWN, NOT_IN_CATALOGUE, NOTHING, SURE, Explanation, entropy, shown_share
@@ -57,7 +57,7 @@ RECORD_MORE = (
 RECORD_ALSO = {
     ONE_SPEED_ALONE: (
         "at this speed",
-        f"Record {FEWEST_POINTS - 1} more speeds and diagnose again: a force that grows with the speed cannot be "
+        f"Record {MORE_SPEEDS} more speeds and diagnose again: a force that grows with the speed cannot be "
         "distinguished from stiffness and damping at one speed.",
     ),
     ONE_EXCITATION: (

@@ -1,17 +1,19 @@
 """Records with wrong units, exchanged channels or shifted clocks: refused before the fit with the likely cause."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from identification import from_arrays, make_record
 from refusals import refused
 from rotorsim.base.errors import DataError
-from rotorsim.discrepancy.calibration import ParameterPoint
+from rotorsim.discrepancy.calibration import FitParameter, ParameterPoint
 from rotorsim.discrepancy.comparison import TwinComparison
 from rotorsim.discrepancy.experiments import campaign
 from rotorsim.discrepancy.hidden_machine import record_of
-from rotorsim.discrepancy.mistakes import check_before
-from rotorsim.discrepancy.records import _laid_over, check_after, make_trial
+from rotorsim.discrepancy.mistakes import check_before, check_units
+from rotorsim.discrepancy.records import _laid_over, _of_mass_or_stiffness, check_after, make_trial
 
 WANTED = ("fit_2", "fit_3", "fit_5")
 
@@ -67,7 +69,32 @@ def test_records_of_another_machine_are_refused(plain, models, rng):
     wrong = comparison(models, changed(records, lambda y: rng.normal(0, 1e-5, y.shape)))
     with refused(DataError, "records", lambda value: isinstance(value, str)) as found:
         check_after(wrong, wrong.predict(ParameterPoint()))
-    assert f"machine calibrate {models.twin.machine.name}" in str(found.value)
+    assert "--targets" in str(found.value)  # the command does not run without
+
+
+@pytest.mark.parametrize(("low", "high", "words"), [(0.7, 0.8, ("1.8 times", "0.56 times")), (0.9, 1.1, ())])
+def test_frequencies_that_are_all_off_one_way_suggest_a_mass_or_a_stiffness(low, high, words):
+    """A frequency goes with the root of stiffness over mass: .75^2 is .56, its inverse 1.8."""
+    shown = _of_mass_or_stiffness(low, high)
+    assert all(word in shown for word in words) and bool(shown) == bool(words)
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_a_force_in_another_unit_is_refused_where_the_supports_are_off_too(plain, models, factor):
+    """The machine is softer than its file, so that its resonances lie lower and no line is as in the file."""
+    records, _ = plain
+    softer = {FitParameter("shaft_stiffness", 0.1): -0.3}
+    own = comparison(models, records)
+    moved = [
+        replace(t, spectra=np.concatenate([t.spectra[:, :, :1], own.lines_of(i, values)[None]], axis=2))
+        for values in [own.predict(ParameterPoint(softer))]
+        for i, t in enumerate(own.trials)
+    ]
+    for trial in moved:
+        trial.spectra[:, :, 1:][:, :, trial.excited[1:]] /= factor
+    wrong = TwinComparison(models.twin, moved)
+    with refused(DataError, "units", pytest.approx(1 / factor)):
+        check_units(wrong, wrong.predict(ParameterPoint()))
 
 
 @pytest.mark.parametrize(("frequency", "gain"), [(1.08, 0.65), (0.9, 1.5)])
