@@ -104,7 +104,7 @@ TESTED_ON = {
     "held_out": ", on held-out records too; no untouched record tests it",
     "fit": ", on the records that were fitted; no other record tests it",
 }
-"""Where a law holds, by the role of the records that took least part in finding it."""
+"""Records on which a law holds, by the role of the records that took least part in finding it."""
 LAW_FILE = "discovered_law.py"
 """File of a discovered law in the folder of a diagnosis."""
 LAW_APART = (
@@ -113,18 +113,18 @@ LAW_APART = (
     "top of that module to this file. The command line takes an effect from an installed package alone, under the "
     "entry point rotorsim.effects.",
 )
-"""What a machine file lacks after a law was discovered, and how to use the two together."""
+"""Notes on a machine file without the law that was discovered, and on the use of the two together."""
 WITH_LAW = ", with which its re-calibrated numbers were fitted"
 """Part of that where the file has them."""
 LAW_ALONE = (
     "The new machine file does not hold the law{numbers}, and no file does: it is known by the linear model alone."
 )
-"""What a machine file lacks where the law is not compiled."""
+"""Note on a machine file without a law that is not compiled."""
 NOT_TRUSTED = (
     "The new machine file has re-calibrated numbers that are not trusted, since much of the disagreement stays, and "
     "does not hold the effect."
 )
-"""What a machine file has after a partial explanation."""
+"""Note on a machine file after a partial explanation."""
 RECALIBRATED = "re-calibrated"
 """Label of a bearing far from the machine file."""
 FORCE = "equivalent force"
@@ -343,7 +343,7 @@ class Diagnosis(Shown, Findings, Reported):
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """What records were there for, each once: fit, held_out, untouched."""
+        """Roles of the records, each once: fit, held_out, untouched."""
         return tuple(dict.fromkeys(map(str, self.gap["role"].values)))
 
     @property

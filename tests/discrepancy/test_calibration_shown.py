@@ -36,7 +36,7 @@ def test_a_bearing_is_shown_by_its_numbers_in_the_file_and_not_by_compliance_and
 
 
 def test_an_unbalance_is_shown_by_size_and_angle_also_where_the_file_has_none():
-    """Of parts across the file's own along 0 deg the angle is atan(s / me); at another plane they are the whole."""
+    """The angle of parts across the file's own along 0 deg is atan(s / me); at another plane they are the whole."""
     (own,) = PLAIN.effects["unbalance"]
     shown = rows({"unbalance.1.me~phase.c": (0.0, 1e-7), "unbalance.1.me~phase.s": (own.me, 1e-7)})
     size, angle = shown["effects.unbalance.0.me"], shown["effects.unbalance.0.phase"]
