@@ -536,8 +536,7 @@ def check_after(comparison: TwinComparison, fitted: np.ndarray) -> list[str]:
         raise DataError(
             f"records: even re-calibrated, {name} leaves {100 * share:.0f} % of the response unexplained"
             f"{f' ({off})' if off else ''}; are they of this machine, at this speed and pressure? If so, calibrate its "
-            "file first by 'rotorsim machine calibrate FILE --targets TARGETS', with a file of the measured "
-            "frequencies as targets",
+            "file first by 'rotorsim machine calibrate', with a file of the measured frequencies as its targets",
             argument="records",
             value=off,
         )
