@@ -69,7 +69,7 @@ def test_records_of_another_machine_are_refused(plain, models, rng):
     wrong = comparison(models, changed(records, lambda y: rng.normal(0, 1e-5, y.shape)))
     with refused(DataError, "records", lambda value: isinstance(value, str)) as found:
         check_after(wrong, wrong.predict(ParameterPoint()))
-    assert "--targets" in str(found.value)  # the command does not run without
+    assert "machine calibrate" in str(found.value)  # the command does not run without
 
 
 @pytest.mark.parametrize(("low", "high", "words"), [(0.7, 0.8, ("1.8 times", "0.56 times")), (0.9, 1.1, ())])
