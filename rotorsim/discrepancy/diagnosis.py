@@ -178,6 +178,7 @@ from rotorsim.discrepancy.verdict import (
 )
 from rotorsim.effects import REGISTRY
 from rotorsim.machine import Machine, load_machine
+from rotorsim.plant.locations import DRIVEN
 from rotorsim.plant.mesh import Mesh
 
 if TYPE_CHECKING:
@@ -282,7 +283,7 @@ NO_PEACE = (
 """Note on records that agree line by line alone."""
 NOT_REPEATED = "the records also have what does not repeat, which would be: {}"
 """Note on what does not repeat where the gap that repeats is not explained, or where nothing disagrees."""
-OF_INPUT = ("reference", "amplifier", "actuator")
+OF_INPUT = (*DRIVEN, "actuator")
 """Ports of the effects at the input of the injectors."""
 OTHER_FORCE = Explanation((), True, 0.0, 0.0, True)
 """Explanation by a force that is not in the catalogue."""

@@ -177,7 +177,7 @@ def _extended(search: EffectSearch, best: Hypothesis, tried: list[Hypothesis]) -
 def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
     """The class of an effect of a hypothesis, with those that the weight of the rotor makes alike.
 
-    Its counterpart is one of them where that is no candidate, which would have a fit of its own.
+    Its counterpart is one of them where it was left out of the candidates; a candidate has a fit of its own.
     """
     twin = search.comparison.twin
     alike = (*class_of(key, known), *_counterpart(search, h, key, known))
@@ -192,10 +192,10 @@ def _class_at(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) ->
 
 
 def _counterpart(search: EffectSearch, h: Hypothesis, key: str, known: set[str]) -> tuple[str, ...]:
-    """The form, of no candidate, whose force an effect of a hypothesis may be.
+    """The form, left out of the candidates, whose force an effect of a hypothesis nearly makes.
 
     Its size has to be within two standard deviations of those that both have. A shape of both has to explain the
-    records as well: they may hardly narrow it, and a fit is no measure of the others.
+    records as well: a standard deviation does not tell where the records hardly narrow it.
     """
     found = counterpart(key)
     if found is None or found[0] in known:

@@ -59,7 +59,7 @@ MORE_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 SPREAD = 2.0
 """Half width of the band of a law, in standard deviations."""
 MOST_TURNS = 4.0
-"""Way of a force over a motion, in its own ranges, above which it is no function of that motion."""
+"""Way of a force over a motion, in its own ranges, above which the force does not follow from that motion alone."""
 OVER_MOTION = (
     f"Force at the place over its motion{{by}}, in {100 * PART:.0f} % of a record's period, or more of a short one, "
     "about the largest motion: dots are the records, the line is what was found"

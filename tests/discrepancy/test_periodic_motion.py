@@ -245,7 +245,7 @@ def test_a_random_line_is_no_onset_where_the_blocks_of_repeats_differ_as_much_an
     fading = 5e-6 * 0.4 ** np.arange(4)[:, None] * np.ones(2)
     at_rest = [moved_at_random(fading + 2e-7 * rng.normal(size=(4, 2))) for _ in (0, 1)]
     assert not any(with_repeats(t, at_rest).settled for t in at_rest)
-    # one that goes on in its motion is simulated by itself
+    # a record in motion from the start is simulated by itself
     mixed = [at_rest[0], moved_at_random(2e-7 * rng.normal(size=(4, 2)))]
     assert [with_repeats(t, mixed).settled for t in mixed] == [False, True] and mixed[0].inputs != mixed[1].inputs
 
@@ -269,7 +269,7 @@ def test_every_input_has_to_repeat_with_the_period():
 
 @pytest.mark.parametrize("reach", [4e-6, 1e-6])
 def test_a_motion_with_a_spring_behind_dry_friction_is_that_of_a_long_run(reach, request):
-    """The spring slips in each period; its stretch goes on from one run to the next, and settles with the motion."""
+    """The spring slips in each period; a run takes its stretch over from the last one."""
     one = LawTerm(SLIPPING_SPRING, (("reach", reach),), one=True)
     load(written(ProposedLaw("disc 0", (one,), np.ones(1), 0, 0, 0, np.zeros(0), np.ones(1)), {"disc 0": 0.3}, "slips"))
     request.addfinalizer(lambda: REGISTRY.pop("slips"))
